@@ -1,0 +1,1 @@
+"""Dot extraction (paper 3.1): detects the dots of an image."""

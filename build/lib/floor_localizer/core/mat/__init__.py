@@ -1,0 +1,1 @@
+"""Printable random-dot mats, and calibration of the belly camera over one."""

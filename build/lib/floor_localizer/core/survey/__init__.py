@@ -1,0 +1,1 @@
+"""A dot map from images of the floor with rough odometry."""

@@ -1,0 +1,1 @@
+"""The pose graph of the submaps: sequential edges, loop closures, optimisation."""

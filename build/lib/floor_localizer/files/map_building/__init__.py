@@ -1,0 +1,1 @@
+"""Out-of-core build of the binary form of large maps: in parts, in parallel, and resumable."""

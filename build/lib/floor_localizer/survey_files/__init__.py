@@ -1,0 +1,1 @@
+"""Files of a survey: its images with their odometry, checkpoints, report and pictures."""

@@ -1,0 +1,1 @@
+"""Emulated motor controller and robot."""

@@ -1,0 +1,1 @@
+"""Fuses the poses of several localizers and wheel odometry into one pose."""

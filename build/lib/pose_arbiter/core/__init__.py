@@ -1,0 +1,1 @@
+"""The filter: no ROS, no files, no clock."""

@@ -1,0 +1,163 @@
+"""The ROS node: fuses the poses of all sources and odometry into one pose."""
+
+import sys
+from typing import Any
+
+from pose_arbiter.arbiter_input import ArbiterInput, ClockMonitor
+from pose_arbiter.arbiter_output import ArbiterOutput, TickSchedule
+from pose_arbiter.arbiter_report import ArbiterReport
+from pose_arbiter.core.arbiter import Arbiter
+from pose_arbiter.core.kalman_filter import Estimate
+from pose_arbiter.core.localization_status import LocalizationStatus, localization_status
+from pose_arbiter.core.outlier_rejection import FilterState
+from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
+from pose_arbiter.core.source_state import NEVER
+from pose_arbiter.node_settings import NodeSettings
+from pose_arbiter.source_parameters import declare_sources, fill_defaults, reject_shared_topics
+from shirube_core.settings import SettingsError
+from shirube_ros.callback_guard import create_trigger_service
+from shirube_ros.diagnostics import Status
+from shirube_ros.managed_node import ManagedNode
+from shirube_ros.node import run_node
+
+_OUTPUT = 'output'  # name of the timer callback in the diagnostics
+
+
+class PoseArbiterNode(ManagedNode):
+    """Publishes one pose fused from all sources and odometry.
+
+    =========================  ==========================  ===================================================
+    subscribed                 type                        use
+    =========================  ==========================  ===================================================
+    ``<name>.topic``           PoseWithCovarianceStamped   pose of a source; or PoseStamped (``with_covariance``)
+    ``odom``                   Odometry                    motion of the robot between poses
+    ``initialpose``            PoseWithCovarianceStamped   pose set by an operator
+    =========================  ==========================  ===================================================
+
+    =========================  ==========================  ===================================================
+    published                  type                        when
+    =========================  ==========================  ===================================================
+    ``~/pose``                 PoseStamped                 50 Hz (``rate``), while the pose is known
+    ``~/odometry``             Odometry                    with each pose: covariance, and the twist of ``odom``
+    ``/tf``                    TFMessage                   with each pose, map to odom (needs tf2_msgs)
+    ``~/initialpose``          PoseWithCovarianceStamped   once when the source ``initialpose_for`` falls silent
+    ``/diagnostics``           DiagnosticArray             1 Hz
+    =========================  ==========================  ===================================================
+
+    Service (Trigger): ``~/reset`` clears the pose and the states of the sources. The parameter ``sources`` has the
+    names of the pose sources; each has ``<name>.topic``, ``<name>.sigma_xy`` and so on.
+    """
+
+    SETTINGS = (NodeSettings, ArbiterSettings)
+
+    def __init__(self, **options: Any) -> None:
+        """Declare the parameters, and start.
+
+        Args:
+            options: keyword arguments of ``rclpy.node.Node``.
+
+        Raises:
+            SettingsError: a bad parameter, or two parameters that contradict each other.
+        """
+        super().__init__('pose_arbiter', **options)
+        self.start()
+
+    def declare_settings(self) -> None:
+        """Declare the parameters, also those of the sources."""
+        super().declare_settings()
+        self._source_class = declare_sources(self)
+
+    def check_settings(self) -> None:
+        """Raise a SettingsError for frames or topics that are the same."""
+        settings = self.settings(NodeSettings)
+        frames = (settings.map_frame, settings.odom_frame, settings.base_frame)
+        if len(set(frames)) < len(frames):
+            raise SettingsError(
+                'two of map_frame, odom_frame and base_frame are the same; give each frame its own name'
+            )
+        sources, helped = self._source_settings(), settings.initialpose_for
+        reject_shared_topics(self, sources)
+        if helped and helped not in sources:
+            raise SettingsError(
+                f'setting initialpose_for is {helped!r}, it must be one of {", ".join(sources)}'
+            )
+
+    def _source_settings(self) -> dict[str, SourceSettings]:
+        return fill_defaults(self.settings(self._source_class), self.settings(NodeSettings).map_frame)
+
+    def configure(self) -> None:
+        """Subscribe to the sources."""
+        self._settings, self._filter_settings = self.settings(NodeSettings), self.settings(ArbiterSettings)
+        sources = self._source_settings()
+        self._sources = tuple(sources.values())
+        helped = self._settings.initialpose_for
+        self._helped = list(sources).index(helped) if helped else None
+        self._helped_after: tuple[int, int] | None = None
+        self._arbiter = Arbiter(self._sources, self._filter_settings)
+        self._clock_monitor = ClockMonitor(self, self._on_clock_jump)
+        self._schedule = TickSchedule(self._settings.rate)
+        self._report = ArbiterReport(self, self._arbiter, sources, self._clock_monitor.now)
+        self._output = ArbiterOutput(self, self._settings)
+        self._input = ArbiterInput(self, self._arbiter, sources, self._settings, self._clock_monitor.now)
+        create_trigger_service(self, self._guard, '~/reset', self._reset)
+        self.create_guarded_timer(1.0 / self._settings.rate, _OUTPUT, self._publish_due)
+
+    def apply_settings(self) -> None:
+        """Use changed settings from the next pose on."""
+        sources, settings = self._source_settings(), self.settings(ArbiterSettings)
+        self._arbiter.apply_settings(tuple(sources.values()), settings)
+        self._sources, self._filter_settings = tuple(sources.values()), settings
+        self._report.apply_settings(sources)
+
+    def status(self) -> Status:
+        """Return the state of the pose and of the sources."""
+        return self._report.status()
+
+    def _publish_due(self) -> None:
+        """Publish all due poses."""
+        for stamp in self._schedule.due(self._clock_monitor.now()):
+            state, estimate = self._arbiter.state_at(stamp), self._arbiter.estimate_at(stamp)
+            status = localization_status(state, estimate, self._sources, self._filter_settings)
+            self._report.observe(state, estimate, status)
+            if status.has_pose and estimate is not None:
+                self._output.publish_pose(stamp, estimate, self._input.twist)
+                self._publish_transform(stamp)
+            if status is LocalizationStatus.TRACKING and estimate is not None:
+                self._publish_area(stamp, state, estimate)
+
+    def _publish_transform(self, stamp: int) -> None:
+        """Publish map to odom, as computed at the stamp of the latest odometry."""
+        latest = self._arbiter.latest_odometry
+        estimate = None if latest is None else self._arbiter.estimate_at(min(latest, stamp))
+        T_map_odom = None if estimate is None else self._arbiter.T_map_odom(estimate)
+        if T_map_odom is not None:
+            self._output.publish_transform(stamp, T_map_odom)
+
+    def _publish_area(self, stamp: int, state: FilterState, estimate: Estimate) -> None:
+        """Publish the pose for the localizer ``initialpose_for``: once when it falls silent, and after each reset."""
+        if self._helped is None:
+            return
+        source = state.source_states[self._helped]
+        latest = NEVER if source.latest is None else source.latest.odometry.stamp
+        is_silent = stamp - latest > self._sources[self._helped].timeout * 1e9
+        if is_silent and self._helped_after != (state.resets, latest):
+            self._helped_after = state.resets, latest
+            self._output.publish_area(stamp, estimate)
+
+    def _reset(self) -> str:
+        self._arbiter.reset()
+        return 'pose reset'
+
+    def _on_clock_jump(self) -> None:
+        self.get_logger().warning('clock jumped: pose and source history were reset')
+        self._arbiter.reset()
+        self._schedule.reset()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM."""
+    return run_node('pose_arbiter', PoseArbiterNode)
+
+
+if __name__ == '__main__':
+    sys.exit(main())

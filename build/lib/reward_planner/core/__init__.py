@@ -1,0 +1,1 @@
+"""Mapping, planning and control without ROS and without files."""

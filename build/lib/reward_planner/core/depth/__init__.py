@@ -1,0 +1,1 @@
+"""Stereo depth from two or three rectified cameras, and points from depth images."""

@@ -1,0 +1,1 @@
+"""Replanning, path following and velocity control on the global map."""

@@ -1,0 +1,191 @@
+"""Decides between driving on, waiting and going around by predicting moving obstacles against the route."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.drive_state import DriveState
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.moving_obstacle import MovingObstacle
+from reward_planner.core.driving.velocity_smoother import Velocity
+from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
+from shirube_core.geometry import SE2
+
+_AGE_MAX = 1.0  # an obstacle whose position is older is ignored [s]
+_DISTANCE_MAX = 10.0  # an obstacle that is farther away is ignored [m]
+_STEP = 0.1  # of the prediction [s]
+_CLEARER = 0.02  # where an obstacle is nearer than allowed, it may not come nearer by more than this [m]
+_CLEAR_TIMES = {
+    DriveState.GIVING_WAY: 0.5,
+    DriveState.GOING_AROUND: 2.0,
+}  # times without a conflict that end it [s]
+_APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
+_WAITING_SPEED = 0.02  # below this the robot waits [m/s, rad/s]
+AROUND_TIME = 2.5
+"""A robot that goes around keeps off the path of the obstacle for this time [s]."""
+_PATH_MAX = 5.0  # at most for this distance [m]
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A moving obstacle that the robot would meet on its route.
+
+    Attributes:
+        obstacle: the obstacle.
+        free_distance: length of the route up to the path of the obstacle [m].
+        meeting_distance: length of the route up to the predicted meeting [m].
+        is_approaching: whether it would also reach a robot that stands.
+    """
+
+    obstacle: MovingObstacle
+    free_distance: float
+    meeting_distance: float
+    is_approaching: bool
+
+
+def predict_conflict(
+    route_map: NDArray[np.float64],
+    robot: SE2,
+    speed: float,
+    obstacles: Sequence[MovingObstacle],
+    now: float,
+    clearance: float,
+    settings: DrivingSettings,
+) -> Conflict | None:
+    """Return the nearest conflict of a robot that accelerates along its route, None if there is none.
+
+    Args:
+        route_map: points of the route [m], shape (n, 2).
+        robot: pose in the map.
+        speed: present speed [m/s].
+        obstacles: moving obstacles in the map.
+        now: time [s].
+        clearance: least distance between the robot's centre and the edge of an obstacle [m].
+        settings: limits of the motion, and the time of the prediction.
+    """
+    if not obstacles or len(route_map) == 0:
+        return None
+    times = np.arange(0.0, settings.prediction_time + _STEP, _STEP)
+    top, acceleration = settings.max_linear_velocity, settings.max_linear_acceleration
+    travelled = np.cumsum(np.minimum(top, max(speed, 0.0) + acceleration * times)) * _STEP
+    points = np.concatenate([[(robot.x, robot.y)], route_map])
+    along = np.cumsum(np.hypot(*np.diff(points, axis=0, prepend=points[:1]).T))
+    places = np.stack([np.interp(travelled, along, axis) for axis in points.T], axis=1)
+    travelled = np.minimum(travelled, along[-1])
+    conflicts = []
+    for obstacle in obstacles:
+        path = np.array([obstacle.position_at(now + time) for time in times])
+        here = float(np.hypot(*(path[0] - points[0])))
+        # Who is nearer than allowed may leave.
+        reach = min(clearance + obstacle.radius, here - _CLEARER)
+        meets = np.hypot(*(path - places).T) < reach
+        if not meets.any():
+            continue
+        crosses = np.hypot(*(path[:, None] - places).transpose(2, 0, 1)).min(axis=0) < reach
+        later = np.array([obstacle.position_at(now + _APPROACH_FACTOR * time) for time in times])
+        is_approaching = bool((np.hypot(*(later - points[0]).T) < reach).any())
+        free, meeting = (float(travelled[max(int(each.argmax()) - 1, 0)]) for each in (crosses, meets))
+        conflicts.append(Conflict(obstacle, free, meeting, is_approaching))
+    return min(conflicts, key=lambda each: each.meeting_distance, default=None)
+
+
+class MovingObstaclePolicy:
+    """Waits for obstacles that cross the route, for a bounded time, and goes around them or those that approach.
+
+    Attributes:
+        state: GIVING_WAY or GOING_AROUND; None without a conflict.
+        detail: which obstacle, one line; fixed while the state lasts.
+        route_map: points of the route with the latest conflict [m], shape (n, 2).
+    """
+
+    def __init__(self) -> None:
+        """Start without a conflict."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all conflicts, for another goal."""
+        self.state: DriveState | None = None
+        self.detail, self.route_map = '', np.empty((0, 2))
+        self._began = self._latest = -math.inf
+
+    @property
+    def is_around(self) -> bool:
+        """Whether the robot goes around."""
+        return self.state is DriveState.GOING_AROUND
+
+    def describe(self, velocity: Velocity) -> tuple[DriveState, str]:
+        """Return state and detail of a robot with a route and a velocity."""
+        if self.state is None:
+            return DriveState.DRIVING, DriveState.DRIVING.value
+        is_stopped = max(velocity.forward, abs(velocity.turn_rate)) <= _WAITING_SPEED
+        state = DriveState.WAITING if is_stopped else self.state
+        return state, f'{state.value} {self.detail}'
+
+    def is_waiting_for_route(self, now: float, settings: DrivingSettings) -> bool:
+        """Return whether a robot without a route around obstacles should wait for them to leave, at a time [s]."""
+        return self.is_around and now - self._began <= settings.moving_obstacle_wait
+
+    def update(
+        self, conflict: Conflict | None, route_map: NDArray[np.float64], now: float, settings: DrivingSettings
+    ) -> float:
+        """Update the state with the conflict on a route; return how far the route is free [m], infinite without one."""
+        if conflict is None:
+            if self.state is not None and now - self._latest > _CLEAR_TIMES[self.state]:
+                self.reset()
+            return math.inf
+        self._latest = now
+        is_late = now - self._began > settings.moving_obstacle_wait
+        state = self.state
+        if len(route_map) and (state is None or (self.is_around and is_late)):
+            state, self.route_map = DriveState.GIVING_WAY, route_map
+        # An obstacle that comes at the robot would also meet it while it waits.
+        if state is DriveState.GIVING_WAY and (conflict.is_approaching or (is_late and state is self.state)):
+            state = DriveState.GOING_AROUND
+        if state is not self.state:
+            x, y = conflict.obstacle.position
+            speed = math.hypot(*conflict.obstacle.velocity)
+            self.state, self._began = state, now
+            self.detail = f'at x {x:.1f} m, y {y:.1f} m, with {speed:.1f} m/s'
+        return conflict.meeting_distance if self.is_around else conflict.free_distance
+
+
+def nearby_obstacles(obstacles: Sequence[MovingObstacle], robot: SE2, now: float) -> list[MovingObstacle]:
+    """Return the obstacles near the robot at a time [s] whose position is recent."""
+    recent = (each for each in obstacles if abs(now - each.stamp) <= _AGE_MAX)
+    return [each for each in recent if math.dist(each.position_at(now), (robot.x, robot.y)) <= _DISTANCE_MAX]
+
+
+def obstacle_cells(
+    obstacles: Sequence[MovingObstacle], now: float, duration: float, resolution: float
+) -> LocalMap | None:
+    """Return the cells that obstacles cover from a time [s] on for a duration [s], as occupied; None without any."""
+    if not obstacles:
+        return None
+    ends = []
+    for each in obstacles:
+        later = min(duration, _PATH_MAX / max(math.hypot(*each.velocity), 1e-3))
+        ends.append((each.position_at(now), each.position_at(now + later)))
+    cells = np.floor(np.array(ends) / resolution).astype(np.int64)
+    widths = [1 + math.ceil(2.0 * each.radius / resolution) for each in obstacles]
+    low = cells.min(axis=(0, 1)) - max(widths)
+    columns, rows = (int(n) for n in cells.max(axis=(0, 1)) + max(widths) + 1 - low)
+    covered = np.zeros((rows, columns), dtype=np.uint8)
+    for (begin, end), width in zip((cells - low).tolist(), widths, strict=True):
+        cv2.line(covered, begin, end, 1, width)  # a capsule: its ends are round
+    frame = GridFrame(float(low[0] * resolution), float(low[1] * resolution), resolution, columns, rows)
+    return LocalMap(frame, np.full(frame.shape, OCCUPIED, dtype=np.int8), covered > 0)
+
+
+def with_obstacles(global_map: GlobalMap, obstacles: Sequence[MovingObstacle], now: float) -> GlobalMap:
+    """Return the map with the obstacles where they are at a time [s]; the map itself if there are none."""
+    cells = obstacle_cells(obstacles, now, 0.0, global_map.resolution)
+    if cells is None:
+        return global_map
+    snapshot = global_map.snapshot()
+    snapshot.write(cells)
+    return snapshot

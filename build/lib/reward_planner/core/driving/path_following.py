@@ -1,0 +1,121 @@
+"""Path following: the lookahead point on the route, the free distance ahead, steering and speed limits."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.inflated_costmap import InflatedCostmap
+from reward_planner.core.driving.velocity_smoother import Velocity
+from shirube_core.geometry import SE2
+
+CELL_MARGIN = 0.75
+"""From the centre of an occupied cell to its edge, rounded up [cells]."""
+_SAMPLES_PER_CELL = 2.0
+_EXIT_DISTANCE = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
+_KEPT_FRACTION = 0.5  # of the clearance that a route keeps above the least one
+_HEADING_TIME_CONSTANT = 0.4  # time constant of the heading error [s]
+_BRAKE_FRACTION = 0.5  # fraction of the maximum acceleration that is planned for braking
+_RESPONSE_TIME = 0.15  # latency from a pose to the motion of the wheels [s]
+_DRIVE_BEARING_MAX = 0.6  # above this bearing the robot turns in place [rad]
+_SLOWEST_FRACTION = 0.25  # minimum speed near obstacles, fraction of the maximum speed
+_SLOWEST = 0.1  # upper bound of the minimum speed near obstacles [m/s]
+
+
+def lookahead_point(
+    costmap: InflatedCostmap, robot: SE2, points_map: NDArray[np.float64], lookahead: float
+) -> NDArray[np.float64]:
+    """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
+
+    This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inscribed radius
+    and half of what the route keeps above it, or the robot's present clearance if that is less. If no point is in line
+    of sight, it is the route's next point.
+    The route begins near the robot [m], shape (n, 2), n at least 1.
+    """
+    along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
+    candidates = points_map[: max(1, int(np.searchsorted(along, lookahead)) + 1)]
+    start = np.array([robot.x, robot.y])
+    fractions = np.linspace(
+        0.0, 1.0, _sample_count(costmap, lookahead + float(np.hypot(*(candidates[0] - start))))
+    )
+    lines = start + fractions[:, None] * (candidates - start)[:, None]
+    kept = np.minimum.accumulate(costmap.clearance_at(candidates)) - costmap.inscribed_radius
+    clearance_min = costmap.inscribed_radius + _KEPT_FRACTION * np.maximum(kept, 0.0)
+    clearance_min = np.minimum(clearance_min, costmap.clearance_at(start))
+    # A point at the robot gives no direction: on a route that returns there the robot would spin.
+    is_distinct = np.hypot(*(candidates - start).T) >= costmap.frame.resolution
+    is_visible = is_distinct & (costmap.clearance_at(lines).min(axis=1) >= clearance_min)
+    nearest = min(1, len(candidates) - 1)
+    return np.asarray(
+        candidates[int(np.flatnonzero(is_visible)[-1]) if is_visible[nearest:].any() else nearest]
+    )
+
+
+def check_path_ahead(
+    costmap: InflatedCostmap, robot: SE2, inflation_radius: float, distance_max: float
+) -> tuple[float, float]:
+    """Return the free distance straight ahead, up to ``distance_max``, and the least clearance along it [m].
+
+    The path ends at a clearance of ``inflation_radius``, or of the present clearance if that is less [m].
+    """
+    distances = np.linspace(0.0, distance_max, _sample_count(costmap, distance_max))
+    ahead = np.array([math.cos(robot.yaw), math.sin(robot.yaw)])
+    clearance = costmap.clearance_at((robot.x, robot.y) + distances[:, None] * ahead)
+    is_blocked = clearance < min(inflation_radius, float(clearance[0]))
+    is_blocked |= (clearance <= 0.0) & (distances > _EXIT_DISTANCE * costmap.frame.resolution)
+    free_count = int(is_blocked.argmax()) if is_blocked.any() else len(distances)
+    return float(distances[max(free_count - 1, 0)]), float(clearance[:free_count].min())
+
+
+def _sample_count(costmap: InflatedCostmap, distance: float) -> int:
+    return 2 + int(_SAMPLES_PER_CELL * distance / costmap.frame.resolution)
+
+
+def turn_rate_for_angle(angle: float, settings: DrivingSettings) -> float:
+    """Return the turn rate for a remaining angle [rad/s]; it decelerates without overshoot."""
+    brake = math.sqrt(2.0 * _BRAKE_FRACTION * settings.max_angular_acceleration * abs(angle))
+    rate = min(brake, abs(angle) / _HEADING_TIME_CONSTANT, settings.max_angular_velocity)
+    return math.copysign(rate, angle)
+
+
+def velocity_towards(bearing: float, speed: float, settings: DrivingSettings) -> Velocity:
+    """Return the velocity towards a point at a bearing [rad]; ``speed`` is that at zero bearing [m/s]."""
+    forward = speed * max(0.0, 1.0 - abs(bearing) / _DRIVE_BEARING_MAX)
+    return Velocity(forward, turn_rate_for_angle(bearing, settings))
+
+
+def braking_speed_limit(distance: float, settings: DrivingSettings) -> float:
+    """Return the maximum speed from which the robot can stop within a distance [m]: [m/s]."""
+    acceleration = _BRAKE_FRACTION * settings.max_linear_acceleration
+    delay = settings.max_linear_acceleration / settings.max_linear_jerk + _RESPONSE_TIME
+    # Solve v delay + v^2 / (2 a) = distance for v.
+    return acceleration * (math.sqrt(delay**2 + 2.0 * max(distance, 0.0) / acceleration) - delay)
+
+
+def obstacle_speed_limit(gap: float, settings: DrivingSettings) -> float:
+    """Return the maximum speed [m/s] at a gap between the robot's edge and the nearest obstacle [m]."""
+    fastest = settings.max_linear_velocity
+    slowest = min(_SLOWEST, _SLOWEST_FRACTION * fastest)
+    return max(slowest, fastest * min(1.0, gap / settings.slow_distance))
+
+
+def route_speed_limit(
+    costmap: InflatedCostmap,
+    robot: SE2,
+    robot_radius: float,
+    points_map: NDArray[np.float64],
+    distance_max: float,
+    settings: DrivingSettings,
+) -> float:
+    """Return the speed that obstacles up to a distance straight ahead [m], and the end of the route, allow [m/s]."""
+    radius = robot_radius + CELL_MARGIN * costmap.frame.resolution
+    free_distance, clearance = check_path_ahead(costmap, robot, radius, distance_max)
+    # The nearest point may be behind the robot; the next one is ahead.
+    ahead = points_map[min(1, len(points_map) - 1) :]
+    to_goal = float(np.hypot(*np.diff(ahead, axis=0).T).sum()) + math.hypot(*(ahead[0] - (robot.x, robot.y)))
+    return min(
+        obstacle_speed_limit(clearance - robot_radius, settings),
+        braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
+        braking_speed_limit(to_goal, settings),
+    )

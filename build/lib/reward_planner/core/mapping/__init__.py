@@ -1,0 +1,1 @@
+"""Local maps from voxels, the global map, and poses for sensor frames."""

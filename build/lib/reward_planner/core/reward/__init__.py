@@ -1,0 +1,1 @@
+"""The paper's reward rule: steps by rewards and penalties, with a virtual search."""

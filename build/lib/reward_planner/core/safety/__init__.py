@@ -1,0 +1,1 @@
+"""Collision monitor: limits a commanded velocity by fresh ranges, without map, planner or pose."""

@@ -1,0 +1,1 @@
+"""Files: map_server maps, routes, reward tables and pictures."""

@@ -1,0 +1,1 @@
+"""Lamps on a ceiling and the camera below them."""

@@ -1,0 +1,1 @@
+"""Executables: each a thin command around the simulator."""

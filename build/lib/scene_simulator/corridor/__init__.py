@@ -1,0 +1,1 @@
+"""Corridors with landmarks and the stereo camera in them."""

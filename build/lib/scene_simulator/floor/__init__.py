@@ -1,0 +1,1 @@
+"""Random-dot floors and the camera above them."""

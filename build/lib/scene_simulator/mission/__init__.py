@@ -1,0 +1,1 @@
+"""The room of the mission and the sensors in it."""

@@ -1,0 +1,119 @@
+"""People who walk to and fro in the mission's room, and wait while the robot is in their way."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+from scipy.spatial.distance import cdist
+
+from scene_simulator.errors import SceneError
+from scene_simulator.mission.layout import ROOM, MissionLayout
+from scene_simulator.room.furniture import FurnishedRoom
+from scene_simulator.room.people import Walker
+from scene_simulator.room.solids import Solids
+from shirube_core.geometry import SE2
+
+RADIUS, HEIGHT = 0.22, 1.75
+"""Radius and height of an upright person [m]."""
+Place = tuple[float, float]
+"""x, y in the map frame [m]."""
+_CLEARANCE, _CELL = 0.35, 0.05
+"""Clearance of a way from furniture and walls, from the person's middle, and the step in which it is checked [m]."""
+_LENGTH_MIN, _SPEEDS = 2.5, (0.5, 1.3)
+"""Least length of a way [m], range of the walking speeds [m/s]."""
+_PERSONAL_SPACE, _AHEAD = 0.85, math.radians(70.0)
+"""A person waits for a robot as near as this from middle to middle [m], and within this angle of the way [rad]."""
+_TURN_AFTER = 2.0
+"""A person who waited this long turns round [s]."""
+_STOP_DISTANCE = 0.8
+"""Least distance of a way from the robot's start and goals [m]."""
+_STREAM, _TRIES = 12, 2000
+
+
+@dataclass
+class Pedestrian:
+    """A person on a straight way between two places.
+
+    Attributes:
+        start, end: where the person turns round.
+        speed: walking speed [m/s].
+        distance: distance from the start [m].
+        direction: 1 towards the end, -1 back.
+    """
+
+    start: Place
+    end: Place
+    speed: float
+    distance: float = 0.0
+    direction: float = 1.0
+    _waited: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """Length of the way [m]."""
+        return math.dist(self.start, self.end)
+
+    @property
+    def place(self) -> Place:
+        """Where the person is [m]."""
+        share = self.distance / self.length
+        x, y = (a + share * (b - a) for a, b in zip(self.start, self.end, strict=True))
+        return x, y
+
+    def advance(self, elapsed: float, robot: SE2) -> None:
+        """Walk for a time [s], or wait for the robot."""
+        if self._is_blocked_by(robot):
+            self._waited += elapsed
+            if self._waited > _TURN_AFTER:
+                self.direction, self._waited = -self.direction, 0.0
+            return
+        self._waited = 0.0
+        self.distance += self.direction * self.speed * elapsed
+        if not 0.0 < self.distance < self.length:
+            self.distance = min(max(self.distance, 0.0), self.length)
+            self.direction = 1.0 if self.distance == 0.0 else -1.0
+
+    def _is_blocked_by(self, robot: SE2) -> bool:
+        (x, y), way = self.place, np.subtract(self.end, self.start) * self.direction
+        to_robot = np.array([robot.x - x, robot.y - y])
+        gap = float(np.hypot(*to_robot))
+        return gap < _PERSONAL_SPACE and float(way @ to_robot) > math.cos(_AHEAD) * gap * self.length
+
+
+def mission_pedestrians(
+    seed: int, count: int, room: FurnishedRoom, layout: MissionLayout
+) -> list[Pedestrian]:
+    """Return people of a seed on ways without furniture, or raise a SceneError if there are none."""
+    rng, found = np.random.default_rng((seed, _STREAM)), list[Pedestrian]()
+    is_free = _free_cells(room)
+    stops = np.array([(pose.x, pose.y) for pose in (layout.start, *layout.goals)])
+    for _ in range(_TRIES):
+        if len(found) == count:
+            return found
+        start, end = rng.uniform(ROOM[:2], ROOM[3:5], (2, 2))
+        speed = rng.uniform(*_SPEEDS)
+        steps = np.linspace(start, end, math.ceil(math.dist(start, end) / _CELL) + 2)
+        columns, rows = np.floor(steps / _CELL).astype(np.int64).T
+        is_far = cdist(steps, stops).min() > _STOP_DISTANCE
+        if math.dist(start, end) >= _LENGTH_MIN and is_far and is_free[rows, columns].all():
+            found.append(Pedestrian((start[0], start[1]), (end[0], end[1]), speed))
+    if len(found) == count:
+        return found
+    raise SceneError(
+        f'the room of seed {seed} has no ways for {count} people; use another seed or fewer people'
+    )
+
+
+def _free_cells(room: FurnishedRoom) -> NDArray[np.bool_]:
+    shape = round(ROOM[4] / _CELL), round(ROOM[3] / _CELL)
+    solid = room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, HEIGHT))
+    distance = _CELL * distance_transform_edt(~np.pad(solid, 1, constant_values=True))[1:-1, 1:-1]
+    return np.asarray(distance > _CLEARANCE)
+
+
+def solids_at(places: Sequence[Place]) -> Solids:
+    """Return the bodies of people at some places."""
+    return sum((Walker('person', SE2(x, y, 0.0), 0.0).solids_at(0.0) for x, y in places), Solids())

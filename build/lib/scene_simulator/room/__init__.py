@@ -1,0 +1,1 @@
+"""Rooms of boxes, and grid worlds."""

@@ -1,0 +1,152 @@
+"""A room of boxes and its depth images: racks, table tops and overhangs are all boxes."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from scene_simulator.errors import SceneError
+from shirube_core.geometry import PinholeCamera
+
+Box = tuple[float, float, float, float, float, float]
+"""x, y and z of the lowest and then of the highest corner [m]."""
+
+
+@dataclass(frozen=True)
+class BoxRoom:
+    """A room, seen from inside, and solid boxes in it.
+
+    Attributes:
+        size: the room's own corners; its floor, ceiling and walls are seen.
+        boxes: boxes in the room.
+
+    Raises:
+        SceneError: a box without volume.
+    """
+
+    size: Box
+    boxes: tuple[Box, ...] = ()
+
+    def __post_init__(self) -> None:
+        for box in (self.size, *self.boxes):
+            if not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
+                raise SceneError(f'box {box} has no volume; give the lowest corner, then the highest')
+
+    def depth_image(self, camera: PinholeCamera, T_map_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+        """Return the depth along the optical axis, shape (height, width) [m], seen from T_map_camera, shape (4, 4)."""
+        intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
+        boxes = np.array(self.boxes, dtype=np.float64).reshape(-1, 6)
+        return _cast_rays((camera.height, camera.width), intrinsics, T_map_camera, np.array(self.size), boxes)
+
+    def solid_cells(
+        self,
+        corner: tuple[float, float],
+        resolution: float,
+        shape: tuple[int, int],
+        heights: tuple[float, float],
+    ) -> NDArray[np.bool_]:
+        """Return which cells of a grid touch something solid at some heights, shape (rows, columns).
+
+        Args:
+            corner: x and y of the lower left corner of cell (0, 0) [m].
+            resolution: side of a cell [m].
+            shape: rows along y and columns along x.
+            heights: lowest and highest [m].
+        """
+        low_x = corner[0] + resolution * np.arange(shape[1])
+        low_y = corner[1] + resolution * np.arange(shape[0])
+        x0, y0, _, x1, y1, _ = self.size
+        inside_x, inside_y = (
+            (low_x > x0) & (low_x + resolution < x1),
+            (low_y > y0) & (low_y + resolution < y1),
+        )
+        solid = ~(inside_y[:, None] & inside_x[None])
+        for x0, y0, z0, x1, y1, z1 in self.boxes:
+            if z0 < heights[1] and z1 > heights[0]:
+                in_x, in_y = (
+                    (low_x < x1) & (low_x + resolution > x0),
+                    (low_y < y1) & (low_y + resolution > y0),
+                )
+                solid |= in_y[:, None] & in_x[None]
+        return solid
+
+
+def add_disparity_noise(
+    depth: NDArray[np.float32], focal_baseline: float, sigma: float, rng: np.random.Generator
+) -> NDArray[np.float32]:
+    """Return depths [m] as a stereo camera measures them, with normal noise of the disparity f b / Z.
+
+    The product f b is ``focal_baseline`` [px m], the standard deviation of the disparity is sigma [px].
+    """
+    disparity = focal_baseline / depth + rng.normal(0.0, sigma, depth.shape)
+    return (focal_baseline / np.maximum(disparity, 1e-3)).astype(np.float32)
+
+
+def points_from_depth(depth: NDArray[np.float32], camera: PinholeCamera) -> NDArray[np.float32]:
+    """Return the points of a depth image, shape (height * width, 3), in the optical frame [m]."""
+    u = (np.arange(camera.width, dtype=np.float32) - np.float32(camera.cx)) / np.float32(camera.fx)
+    v = (np.arange(camera.height, dtype=np.float32) - np.float32(camera.cy)) / np.float32(camera.fy)
+    return np.stack([u[None] * depth, v[:, None] * depth, depth], axis=2).reshape(-1, 3)
+
+
+def forward_camera(x: float, y: float, height: float, yaw: float) -> NDArray[np.float64]:
+    """Return T_map_camera, shape (4, 4), of a level camera at a place [m] whose optical axis has a yaw [rad]."""
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    return np.array([[sin, 0.0, cos, x], [-cos, 0.0, sin, y], [0.0, -1.0, 0.0, height], [0.0, 0.0, 0.0, 1.0]])
+
+
+@njit(cache=True)
+def _cast_rays(
+    shape: tuple[int, int],
+    intrinsics: NDArray[np.float64],
+    T: NDArray[np.float64],
+    size: NDArray[np.float64],
+    boxes: NDArray[np.float64],
+) -> NDArray[np.float32]:
+    """Return the depth at which each pixel's ray meets the nearest surface; rays have length 1 along the axis."""
+    depth = np.empty(shape, dtype=np.float32)
+    ray = np.empty(3)
+    for row in range(shape[0]):
+        for column in range(shape[1]):
+            a, b = (column - intrinsics[2]) / intrinsics[0], (row - intrinsics[3]) / intrinsics[1]
+            for k in range(3):
+                ray[k] = T[k, 0] * a + T[k, 1] * b + T[k, 2]
+            nearest = intersect_box(size, T[:, 3], ray)[1]
+            for box in boxes:
+                t_entry, t_exit = intersect_box(box, T[:, 3], ray)
+                if 0.0 < t_entry < t_exit and t_entry < nearest:
+                    nearest = t_entry
+            depth[row, column] = nearest
+    return depth
+
+
+@njit(cache=True)
+def intersect_box(
+    box: NDArray[np.float64], start: NDArray[np.float64], ray: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Return where a ray enters and leaves a box, in lengths of the ray."""
+    t_entry, t_exit = -math.inf, math.inf
+    for k in range(3):
+        if ray[k] == 0.0:
+            if not box[k] < start[k] < box[k + 3]:
+                return math.inf, -math.inf
+            continue
+        first, second = (box[k] - start[k]) / ray[k], (box[k + 3] - start[k]) / ray[k]
+        t_entry, t_exit = max(t_entry, min(first, second)), min(t_exit, max(first, second))
+    return t_entry, t_exit
+
+
+def disc_clearance(room: BoxRoom, x: float, y: float, radius: float, height: float) -> float:
+    """Return the clearance between an upright cylinder at (x, y) and the nearest box or wall [m]; 0 or less in contact.
+
+    Boxes that begin above the height of the cylinder do not count.
+    """
+    x0, y0, floor, x1, y1, _ = room.size
+    nearest = min(x - x0, x1 - x, y - y0, y1 - y)
+    for left, low, bottom, right, high, _ in room.boxes:
+        if bottom < floor + height:
+            distance = math.hypot(max(left - x, 0.0, x - right), max(low - y, 0.0, y - high))
+            nearest = min(nearest, distance)
+    return nearest - radius

@@ -1,0 +1,1 @@
+"""Bags: written, read, replayed without a loss, recorded, and compared with ground truth."""

@@ -1,0 +1,1 @@
+"""The mission's report: a page with pictures."""

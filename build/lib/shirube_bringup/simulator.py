@@ -1,0 +1,189 @@
+"""Simulation in lockstep with the nodes: time advances when all nodes have processed their messages."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from threading import Lock
+from time import monotonic
+
+from rclpy.executors import Executor
+from rclpy.node import Node
+
+from motor_bridge.emulator.emulated_controller import EmulatedController
+from scene_simulator.mission.pedestrians import Pedestrian
+from scene_simulator.mission.sensors import MissionSensors
+from shirube_bags.lockstep import NodeBarrier
+from shirube_bringup.publishers import MissionPublishers
+from shirube_bringup.render_worker import PiecewisePath, RenderWorker
+from shirube_bringup.subscribers import MissionSubscribers
+
+STEP_MS = 20
+"""Time step of the simulation [ms]."""
+
+SUBSCRIBERS = {
+    'floor': ('/floor_localizer',),
+    'ceiling': ('/vlc_beacon',),
+    'stereo': ('/stereo_landmark',),
+    'depth': ('/reward_planner', '/collision_monitor'),
+}
+"""Full names of the nodes that take the images of each sensor."""
+
+_CONTROLLERS = ('/reward_planner', '/reward_planner', '/collision_monitor', '/motor_bridge')
+_CONTROL_PERIOD_MS = 50
+"""Control period of the planner [ms]."""
+
+_RESPONSE_TIMEOUT = 60.0
+_MOTION_TIMEOUT, _SHORT_TIMEOUT = 1.0, 0.02
+"""Timeouts for odometry [s]. The bridge drives its serial line in a thread, so only odometry shows that it is done."""
+
+_PATH_KNOTS = 5
+
+
+@dataclass(frozen=True)
+class SensorSchedule:
+    """Schedule of a sensor with a fixed rate.
+
+    Attributes:
+        name: name of the sensor.
+        period: time between two measurements [ms].
+        first: time of the first measurement [ms].
+        exposure: time from the stamp of a measurement to the end of its exposure [ms].
+        latency: time from the stamp of a measurement to its publication [ms].
+    """
+
+    name: str
+    period: int
+    first: int
+    exposure: int
+    latency: int
+
+    def indices(self, before: int, until: int, delay: int) -> Iterator[int]:
+        """Yield the indices of the measurements whose time plus delay is in (before, until] [ms]."""
+        index = max(0, (before - delay - self.first) // self.period + 1)
+        while self.first + index * self.period + delay <= until:
+            yield index
+            index += 1
+
+    def time_ms(self, index: int) -> int:
+        """Return the time of a measurement [ms]."""
+        return self.first + index * self.period
+
+
+FLOOR = SensorSchedule('floor', 100, 100, 1, 60)
+CEILING = SensorSchedule('ceiling', 80, 120, 8, 60)
+STEREO = SensorSchedule('stereo', 1000, 500, 0, 200)
+DEPTH = SensorSchedule('depth', 200, 160, 0, 80)
+CAMERAS = (FLOOR, CEILING, STEREO, DEPTH)
+TILT = SensorSchedule('tilt', 40, 20, 0, 0)
+
+
+class Simulator:
+    """Advances the robot and the clock, step by step.
+
+    Attributes:
+        now: mission time [ms].
+        late_steps: number of steps without odometry or fused pose before the timeout.
+        people: people who walk in the room.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        executor: Executor,
+        controller: EmulatedController,
+        lock: Lock,
+        sensors: MissionSensors,
+        worker: RenderWorker,
+        subscribers: MissionSubscribers,
+        has_ended: Callable[[], bool] = lambda: False,
+        people: Sequence[Pedestrian] = (),
+    ) -> None:
+        """Create the publishers.
+
+        Args:
+            node: node of the simulation.
+            executor: executor of the node.
+            controller: emulated controller that moves the robot; its time is the mission time.
+            lock: lock of the controller.
+            sensors: sensors of the robot; only the tilt is read here.
+            worker: renders the images.
+            subscribers: receive odometry and the fused pose.
+            has_ended: returns whether a node has ended; then responses are not waited for.
+            people: people who walk in the room.
+        """
+        self.now = 0
+        self.late_steps = 0
+        self._has_motion = True
+        self.publishers = MissionPublishers(node)
+        self._executor, self._controller, self._lock = executor, controller, lock
+        self._sensors, self._worker, self._subscribers = sensors, worker, subscribers
+        self._barrier = NodeBarrier(node, executor, has_ended)
+        self.people = people
+
+    def step(self) -> None:
+        """Advance by one time step.
+
+        Raises:
+            ReplayError: a node does not respond.
+            MotorBridgeError: the controller's time was advanced elsewhere.
+        """
+        before, self.now = self.now, self.now + STEP_MS
+        with self._lock:
+            self._controller.advance(1e-3 * self.now)
+            for camera in CAMERAS:
+                for index in camera.indices(before, self.now, camera.exposure):
+                    self._request_render(camera, index)
+            truth = self._controller.pose_at(1e-3 * self.now)
+        for person in self.people:
+            person.advance(1e-3 * STEP_MS, truth)
+        self._publish_sensors(before)
+        self.publishers.publish_clock(self.now)
+        self.publishers.publish_ground_truth(self.now, truth)
+        self._wait_for_motion()
+        if self.now // _CONTROL_PERIOD_MS > before // _CONTROL_PERIOD_MS:
+            # The first response shows that the planner has received the clock, the second that its timer has run.
+            for name in _CONTROLLERS:
+                self.wait_for_nodes(name)
+
+    def wait_for_nodes(self, *names: str) -> None:
+        """Wait until nodes have processed their messages, or raise a ReplayError."""
+        self._barrier.wait_for_nodes(names, _RESPONSE_TIMEOUT)
+
+    def _request_render(self, camera: SensorSchedule, index: int) -> None:
+        time = camera.time_ms(index)
+        span = max(1, camera.exposure)
+        moments = [1e-3 * (time + span * (2.0 * k / (_PATH_KNOTS - 1) - 1.0)) for k in range(_PATH_KNOTS)]
+        moments = [min(moment, self._controller.time) for moment in moments]
+        times = sorted(set(moments))
+        poses = tuple(self._controller.pose_at(moment) for moment in times)
+        if len(times) == 1:
+            times, poses = [times[0] - 1e-3, times[0]], (poses[0], poses[0])
+        places = [person.place for person in self.people]
+        self._worker.request(camera.name, index, 1e-3 * time, PiecewisePath(tuple(times), poses), places)
+
+    def _publish_sensors(self, before: int) -> None:
+        """Publish the sensor data that is due, and wait until the localizers have processed it."""
+        for index in TILT.indices(before, self.now, TILT.latency):
+            time = TILT.time_ms(index)
+            self.publishers.publish_imu(time, self._sensors.tilt_reading(index, 1e-3 * time))
+        busy = list[str]()
+        for camera in CAMERAS:
+            for index in camera.indices(before, self.now, camera.latency):
+                pictures = self._worker.collect(camera.name, index)
+                self.publishers.publish_images(camera.name, camera.time_ms(index), pictures)
+                busy += SUBSCRIBERS[camera.name]
+        self.wait_for_nodes(*busy)
+
+    def _wait_for_motion(self) -> None:
+        """Wait for the odometry and the fused pose of this step; the bridge may be reconnecting."""
+        # After a step without odometry, the next wait is short.
+        end = monotonic() + (_MOTION_TIMEOUT if self._has_motion else _SHORT_TIMEOUT)
+        now = 1e-3 * self.now - 1e-6
+        self._has_motion = False
+        while self._subscribers.odometry_time < now or (
+            self._subscribers.fused and self._subscribers.fused[-1].time < now
+        ):
+            if monotonic() > end:
+                self.late_steps += 1
+                return
+            self._executor.spin_once(timeout_sec=0.01)
+        self._has_motion = True

@@ -1,0 +1,83 @@
+"""The command ``shirube``: reads the arguments and calls the module of the subcommand."""
+
+import errno
+import io
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+
+from shirube_cli.project import CommandError
+
+USAGE = """\
+usage: shirube <command> [arguments ...]
+
+  demo [mission]                  all nodes drive a simulated robot to three goals; report in out/demo/
+  demo mission --planner paper    the same with the paper's map and reward rule
+  demo floor                      replay the recorded drive through the live node; report in out/demo/
+  run <package> <executable> ...  start an executable, as `ros2 run` does
+  list                            the packages with their executables, and the benchmarks
+  test [--quick] [pytest args]    run the tests; --quick: only those that guard every commit
+  check [--fix]                   format, lint and types
+  bench <name>                    run one of the benchmarks
+  migrate FILE ...                rename former parameters in your parameter files
+"""
+FULL_DISK = {errno.ENOSPC, errno.EDQUOT}
+REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS}
+"""Errors of the operating system that are no fault of the program."""
+# Imported only when asked for: `run` should start quickly.
+COMMANDS = {
+    'demo': ('shirube_cli.demo', 'demo'),
+    'run': ('shirube_cli.run', 'run'),
+    'list': ('shirube_cli.run', 'list_programs'),
+    'test': ('shirube_cli.develop', 'run_tests'),
+    'check': ('shirube_cli.develop', 'check'),
+    'bench': ('shirube_cli.bench', 'bench'),
+    'migrate': ('shirube_cli.migrate', 'migrate'),
+}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command that the arguments name and return its exit code."""
+    _replace_unprintable()
+    name, *rest = (sys.argv[1:] if arguments is None else arguments) or ['--help']
+    if name in {'-h', '--help', 'help'}:
+        print(USAGE, end='')
+        return 0
+    if name not in COMMANDS:
+        print(f'shirube: there is no command {name!r}\n{USAGE}', end='', file=sys.stderr)
+        return 1
+    module, function = COMMANDS[name]
+    command: Callable[[Sequence[str]], int] = getattr(import_module(module), function)
+    try:
+        return command(rest)
+    except CommandError as error:
+        print(f'shirube: {error}', file=sys.stderr)
+        return 1
+    except OSError as error:
+        if error.errno not in REFUSALS:
+            raise
+        print(f'shirube: {_explain(error)}', file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        return 130
+
+
+def bags_main() -> int:
+    """The command ``shirube_bags play ...``: short for ``shirube run shirube_bags play ...``."""
+    return main(['run', 'shirube_bags', *sys.argv[1:]])
+
+
+def _replace_unprintable() -> None:
+    """Print a question mark for what the terminal's encoding lacks, instead of failing."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors='replace')
+
+
+def _explain(error: OSError) -> str:
+    path = error.filename or 'the disk'
+    if error.errno in FULL_DISK:
+        return f'the disk is full: cannot write {path}; free some space and try again'
+    return (
+        f'no permission to write {path}; copy the repository to a folder of your own and call ./shirube there'
+    )

@@ -1,0 +1,1 @@
+"""What all packages share, without ROS: poses, cameras, typed settings, files, lamp waveforms."""

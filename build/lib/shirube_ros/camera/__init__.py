@@ -1,0 +1,1 @@
+"""Cameras: settings, calibration, images of topics and of files."""

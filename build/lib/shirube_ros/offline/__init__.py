@@ -1,0 +1,1 @@
+"""Localization without ROS running: recorded messages, and the command ``locate``."""

@@ -1,0 +1,240 @@
+"""Localizes the robot at taught places from stereo images (paper 3.4, fig. 6)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from shirube_core.geometry import SE2, matrix_from_rpy
+from stereo_landmark.core.arrays import Floats, GreyImage
+from stereo_landmark.core.patches.taught_patches import TaughtPatches
+from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
+from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
+from stereo_landmark.core.procedure.paper_search import PaperSearch
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
+from stereo_landmark.core.procedure.target_search import (
+    NoDetectionReason,
+    NoTargetDetection,
+    TargetDetection,
+    TargetResult,
+    TargetSearch,
+)
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import CLOSED_FORM, PAPER, LandmarkSettings
+from stereo_landmark.core.stereo import StereoRig, concatenate
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+_STAGES = (NoDetectionReason.NO_CANDIDATE, NoDetectionReason.NOT_SIGNIFICANT, NoDetectionReason.AMBIGUOUS)
+"""Stages of the target search in the order in which they can fail."""
+
+
+@dataclass(frozen=True)
+class LandmarkFix:
+    """Pose of the robot at a taught place.
+
+    Attributes:
+        place: recognized place.
+        displacement: displacement from the taught pose.
+        detections: detection results of the targets.
+        matched_patches: names of the primitives measured by patch alignment; the others are measured by their outlines.
+    """
+
+    place: TaughtPlace
+    displacement: PlaceFix
+    detections: tuple[TargetResult, ...]
+    matched_patches: tuple[str, ...] = ()
+
+    @property
+    def T_map_base(self) -> SE2 | None:  # noqa: N802
+        """Pose of the robot in the map, None if the place has no map pose."""
+        T_map_place = self.place.T_map_place
+        return None if T_map_place is None else T_map_place @ self.displacement.T_place_base
+
+    @property
+    def map_covariance(self) -> Floats:
+        """Covariance of x, y [m] and yaw [rad] in the map, shape (3, 3); in the place's frame if it has no map pose."""
+        T_map_place = self.place.T_map_place
+        turn = matrix_from_rpy((0.0, 0.0, 0.0 if T_map_place is None else T_map_place.yaw))
+        planar = self.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
+        return np.asarray(turn @ planar @ turn.T)
+
+    @property
+    def log_likelihood_ratio(self) -> float:
+        """Log-likelihood ratio against chance, summed over all targets."""
+        return sum(each.log_likelihood_ratio for each in self.detections if isinstance(each, TargetDetection))
+
+
+@dataclass(frozen=True)
+class NoLandmarkFix:
+    """No pose, and why.
+
+    Attributes:
+        reason: message, the same for the same kind of failure.
+        detail: numbers and names for the diagnostics.
+        detections: detection results at the place that came nearest to a fix.
+    """
+
+    reason: str
+    detail: str
+    detections: tuple[TargetResult, ...] = ()
+
+    @property
+    def progress(self) -> tuple[int, float]:
+        """Progress for comparison: stage of the best target, and log-likelihood ratio of the detected ones."""
+        found = [each for each in self.detections if isinstance(each, TargetDetection)]
+        stages = [
+            _STAGES.index(each.reason) if isinstance(each, NoTargetDetection) else len(_STAGES)
+            for each in self.detections
+        ]
+        return max(stages, default=0), sum(each.log_likelihood_ratio for each in found)
+
+
+_ViewKey = tuple[ImageProcessing, frozenset[PrimitiveKind], StereoRig]
+
+
+class LandmarkLocalizer:
+    """Localizes the robot at one of its taught places.
+
+    Args:
+        places: taught places with unique names.
+        settings: localization settings; None for the defaults.
+
+    Raises:
+        StereoLandmarkError: there is no place, or two have the same name.
+    """
+
+    def __init__(self, places: Sequence[TaughtPlace], settings: LandmarkSettings | None = None) -> None:
+        names = [place.name for place in places]
+        if not names:
+            raise StereoLandmarkError('there is no taught place; teach one')
+        for name in names:
+            if names.count(name) > 1:
+                raise StereoLandmarkError(f'two places are called {name}; names must be unique')
+        self.places = tuple(places)
+        self._settings = settings or LandmarkSettings()
+        search, self._place_settings = self._settings.search, self._settings.place
+        self._patches: dict[str, TaughtPatches] = {}
+        if self._settings.mode == PAPER:
+            self._paper_searches = {place.name: PaperSearch(place, search) for place in places}
+            self._place_settings = replace(self._place_settings, method=CLOSED_FORM)
+        else:
+            self._searches = {place.name: TargetSearch(place, search) for place in places}
+            sigma = self._place_settings.pixel_sigma
+            self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
+
+    def locate(
+        self,
+        left: GreyImage,
+        right: GreyImage,
+        tilt: tuple[float, float] = (0.0, 0.0),
+        likely_places: Sequence[str] = (),
+    ) -> LandmarkFix | NoLandmarkFix:
+        """Recognize the place and estimate the displacement from it (paper 3.4, fig. 6).
+
+        Args:
+            left: rectified grey image of the left camera, shape (h, w).
+            right: rectified grey image of the right camera, shape (h, w).
+            tilt: known roll and pitch of the base [rad].
+            likely_places: names of the places to search first; others are searched only if none of these matches.
+
+        Raises:
+            StereoLandmarkError: an image has another type or size than those of the place's cameras.
+        """
+        views: dict[_ViewKey, StereoView] = {}
+        failures: list[NoLandmarkFix] = []
+        for is_likely in (True, False):
+            fixes: list[LandmarkFix] = []
+            for place in self.places:
+                if (place.name in likely_places) is not is_likely:
+                    continue
+                _check_sizes(place, (left, right))
+                detections = self._detect(place, (left, right), tilt, views)
+                result = self._locate_at(place, detections, (left, right), tilt)
+                if isinstance(result, LandmarkFix):
+                    fixes.append(result)
+                else:
+                    failures.append(result)
+            # Of several matching places the most likely one, unless two are about equally likely.
+            if fixes:
+                return self._select_best(fixes)
+        # No place: the reason of the one that came nearest to a fix.
+        return max(failures, key=lambda failure: failure.progress)
+
+    def _detect(
+        self,
+        place: TaughtPlace,
+        images: tuple[GreyImage, GreyImage],
+        tilt: tuple[float, float],
+        views: dict[_ViewKey, StereoView],
+    ) -> tuple[TargetResult, ...]:
+        """Search each target by its procedure tree (figs 7 and 8)."""
+        if self._settings.mode == PAPER:
+            return tuple(
+                self._paper_searches[place.name].search(target, images, tilt) for target in place.targets
+            )
+        detections = []
+        for target in place.targets:
+            # Edges, segments and primitives by the taught parameters (3.3b), once for targets with the same ones.
+            processing = target.processing or place.processing
+            key = processing, frozenset(place.kinds), place.rig
+            if key not in views:
+                scenes = [detect_scene(image, processing, place.kinds) for image in images]
+                views[key] = StereoView(scenes[0], scenes[1], place.rig, tilt)
+            detections.append(self._searches[place.name].search(target, views[key]))
+        return tuple(detections)
+
+    def _locate_at(
+        self,
+        place: TaughtPlace,
+        detections: tuple[TargetResult, ...],
+        images: tuple[GreyImage, GreyImage],
+        tilt: tuple[float, float],
+    ) -> LandmarkFix | NoLandmarkFix:
+        # The corresponding points of the targets in both images (3.3d).
+        seen = concatenate([each.points for each in detections if isinstance(each, TargetDetection)])
+        taught = place.coordinates
+        matched_patches: tuple[str, ...] = ()
+        if place.name in self._patches:
+            # Points inside of quadrilaterals again by their texture, with their own taught coordinates.
+            seen, taught, matched_patches = self._patches[place.name].measure(seen, images)
+        # The points that were selected for the pose (4c).
+        selected = {f'{target.name}/{point}' for target in place.targets for point in target.points}
+        is_selected = np.array([name in selected for name in seen.names], dtype=np.bool_)
+        # Points at inconsistent distances are excluded (end of 3.4); the others determine the displacement (3.1).
+        result = PlaceLocator(place.rig, self._place_settings).locate(seen.subset(is_selected), taught, tilt)
+        if isinstance(result, PlaceFix):
+            return LandmarkFix(place, result, detections, matched_patches)
+        return _describe_failure(place, detections, result)
+
+    def _select_best(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
+        """Return the fix with the highest log-likelihood ratio, unless it is ambiguous."""
+        fixes.sort(key=lambda fix: -fix.log_likelihood_ratio)
+        margin = self._settings.search.margin
+        if len(fixes) > 1 and fixes[0].log_likelihood_ratio - fixes[1].log_likelihood_ratio < margin:
+            names = ' and '.join(fix.place.name for fix in fixes[:2])
+            return NoLandmarkFix(
+                'ambiguous: several places match', f'places {names} have similar scores', fixes[0].detections
+            )
+        return fixes[0]
+
+
+def _check_sizes(place: TaughtPlace, images: tuple[GreyImage, GreyImage]) -> None:
+    for name, image in zip(('left', 'right'), images, strict=True):
+        if image.shape != (place.rig.left.height, place.rig.left.width):
+            size = 'x'.join(str(side) for side in image.shape[1::-1])
+            raise StereoLandmarkError(
+                f'the {name} image is {size}, place {place.name} was taught with '
+                f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
+            )
+
+
+def _describe_failure(
+    place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix
+) -> NoLandmarkFix:
+    """Return why a place gave no pose: the points of its targets were rejected, or no target was detected."""
+    missing = [each for each in detections if isinstance(each, NoTargetDetection)]
+    if len(missing) < len(detections):
+        return NoLandmarkFix(fault.reason.value, f'place {place.name}: {fault.detail}', detections)
+    reason = missing[0].reason.value
+    detail = '; '.join(f'{each.target}: {each.reason.value} ({each.detail})' for each in missing)
+    return NoLandmarkFix(reason, f'place {place.name}: {detail}', detections)

@@ -1,0 +1,1 @@
+"""Camera images to synchronized, rectified stereo pairs and their localization results."""

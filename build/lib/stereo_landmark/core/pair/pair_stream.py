@@ -1,0 +1,240 @@
+"""Synchronizes left and right images and localizes the pairs; shared by the node and bag localization."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from shirube_core.geometry import CameraMount, TiltBuffer
+from stereo_landmark.core.arrays import GreyImage
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
+from stereo_landmark.core.pair.camera_pair import (
+    CameraCalibration,
+    Rectifier,
+    Side,
+    StampSynchronizer,
+    pair_fault,
+    stereo_rig,
+)
+from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.settings import LandmarkSettings, PairSettings
+from stereo_landmark.core.stereo import StereoRig, calibration_hash
+from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+
+LAST_PLACE_TIMEOUT = 10.0
+"""How long the last place is searched first [s]."""
+
+CHECK_INTERVAL = 2.0
+"""Time between two epipolar checks of the cameras [s]."""
+_MOUNT_TOLERANCE = 1e-6
+"""Tolerance of the mount's position [m] and rotation [rad]."""
+
+
+@dataclass(frozen=True)
+class LocatedPair:
+    """Localization result of a stereo pair.
+
+    Attributes:
+        stamp_ns: stamp of the left image [ns].
+        left: rectified grey image of the left camera, shape (h, w).
+        result: place and displacement, or the reason why there is no fix.
+        tilt: assumed roll and pitch of the base [rad].
+        rig: rectified cameras.
+        is_tilt_missing: whether the base was assumed level because the IMU has no reading near the stamp.
+    """
+
+    stamp_ns: int
+    left: GreyImage
+    result: LandmarkFix | NoLandmarkFix
+    tilt: tuple[float, float]
+    rig: StereoRig
+    is_tilt_missing: bool = False
+
+
+class PairLocalizer:
+    """Localizes pairs of the same cameras; remembers the last place.
+
+    Args:
+        places: all taught places.
+        rig: rectified cameras.
+        settings: settings of the search and the pose fit.
+        raw: calibrations of the left and the right camera for raw input images, None for rectified ones.
+
+    Raises:
+        StereoLandmarkError: there is no place, or one was taught with other cameras.
+    """
+
+    def __init__(
+        self,
+        places: Sequence[TaughtPlace],
+        rig: StereoRig,
+        settings: LandmarkSettings,
+        raw: tuple[CameraCalibration, CameraCalibration] | None = None,
+    ) -> None:
+        for place in places:
+            check_cameras(place, rig)
+        self._rig = rig
+        self._localizer = LandmarkLocalizer(places, settings)
+        self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
+        self.last_place: tuple[int, str] | None = None  # stamp [ns] and name
+        self._last_valid_stamp: int | None = None  # last stamp with a valid rectified pair [ns]
+
+    def apply_settings(self, settings: LandmarkSettings) -> None:
+        """Use other settings from the next pair on; the last place is kept."""
+        self._localizer = LandmarkLocalizer(self._localizer.places, settings)
+
+    def locate(
+        self, stamp_ns: int, left: GreyImage, right: GreyImage, tilt: tuple[float, float]
+    ) -> LocatedPair:
+        """Find the place and the displacement from it.
+
+        Args:
+            stamp_ns: stamp of both images [ns].
+            left: grey image of the left camera, shape (h, w).
+            right: grey image of the right camera, shape (h, w).
+            tilt: roll and pitch of the base [rad].
+
+        Raises:
+            StereoLandmarkError: an image has a wrong size, or the images are not a rectified pair.
+        """
+        if self._rectifiers is not None:
+            left, right = self._rectifiers[0].rectify(left), self._rectifiers[1].rectify(right)
+        likely: tuple[str, ...] = ()
+        if self.last_place is not None and abs(stamp_ns - self.last_place[0]) <= LAST_PLACE_TIMEOUT * 1e9:
+            likely = (self.last_place[1],)
+        result = self._localizer.locate(left, right, tilt, likely)
+        if isinstance(result, LandmarkFix):
+            self.last_place = stamp_ns, result.place.name
+            self._last_valid_stamp = stamp_ns
+        elif self._last_valid_stamp is None or abs(stamp_ns - self._last_valid_stamp) > CHECK_INTERVAL * 1e9:
+            # The check is slow, so a lost robot checks its cameras now and then only.
+            fault = pair_fault(left, right, self._rig)
+            if fault is not None:
+                raise StereoLandmarkError(fault.value)
+            self._last_valid_stamp = stamp_ns
+        return LocatedPair(stamp_ns, left, result, tilt, self._rig)
+
+
+def check_cameras(place: TaughtPlace, rig: StereoRig) -> None:
+    """Check that the cameras are those with which a place was taught.
+
+    Raises:
+        StereoLandmarkError: intrinsics, baseline or camera mount differ.
+    """
+    taught, present = calibration_hash(place.rig), calibration_hash(rig)
+    if taught != present:
+        raise StereoLandmarkError(
+            f'place {place.name} was taught with other cameras (calibration {taught}, now {present}); '
+            'use the calibration it was taught with, or teach it again'
+        )
+    for name, mine, other in (
+        ('camera_xyz', rig.mount.xyz, place.rig.mount.xyz),
+        ('camera_rpy', rig.mount.rpy, place.rig.mount.rpy),
+    ):
+        if not np.allclose(mine, other, rtol=0.0, atol=_MOUNT_TOLERANCE):
+            raise StereoLandmarkError(
+                f'place {place.name} was taught with {name} {_format_vector(other)}, now it is {_format_vector(mine)}; '
+                'set the taught value, or teach the place again'
+            )
+
+
+def _format_vector(numbers: tuple[float, ...]) -> str:
+    return '[' + ', '.join(f'{number:.6g}' for number in numbers) + ']'
+
+
+@dataclass(frozen=True)
+class _QueuedImage:
+    """An image in the queue of the synchronizer."""
+
+    stamp_ns: int
+    pixels: GreyImage
+    calibration: CameraCalibration
+
+
+class PairStream:
+    """Synchronizes stereo images and localizes the pairs.
+
+    Args:
+        places: all taught places.
+        mount: pose of the rectified left optical frame in the base frame.
+        pairing: synchronization settings, and whether to rectify.
+        settings: settings of the search and the pose fit.
+    """
+
+    def __init__(
+        self,
+        places: Sequence[TaughtPlace],
+        mount: CameraMount,
+        pairing: PairSettings,
+        settings: LandmarkSettings,
+    ) -> None:
+        self._places = places
+        self._mount = mount
+        self._pairing = pairing
+        self._settings = settings
+        self._synchronizer: StampSynchronizer[_QueuedImage] = StampSynchronizer(
+            pairing.tolerance_ns, pairing.queue_size
+        )
+        self._tilt = TiltBuffer()
+        self._has_imu = False
+        self._calibrations: tuple[CameraCalibration, CameraCalibration] | None = None
+        self._localizer: PairLocalizer | None = None
+
+    def apply_settings(self, settings: LandmarkSettings) -> None:
+        """Use other settings from the next pair on."""
+        self._settings = settings
+        if self._localizer is not None:
+            self._localizer.apply_settings(settings)
+
+    def add_tilt(self, stamp: float, roll: float, pitch: float) -> None:
+        """Add an IMU reading.
+
+        Args:
+            stamp: time of the reading [s].
+            roll: fixed-axis roll of the base [rad].
+            pitch: fixed-axis pitch of the base [rad].
+        """
+        self._tilt.add(stamp, roll, pitch)
+        self._has_imu = True
+
+    def add_image(
+        self, side: Side, stamp_ns: int, pixels: GreyImage, calibration: CameraCalibration
+    ) -> LocatedPair | None:
+        """Add an image; return the result of the pair that it completes, None if it completes none.
+
+        Args:
+            side: camera of the image.
+            stamp_ns: stamp of the image [ns].
+            pixels: grey image, shape (h, w).
+            calibration: calibration of the camera.
+
+        Raises:
+            StereoLandmarkError: the stamps do not match, the calibrations are not a stereo pair or not the cameras of
+                the places, or the images are not a rectified pair.
+        """
+        pair = self._synchronizer.add(side, stamp_ns, _QueuedImage(stamp_ns, pixels, calibration))
+        if pair is None:
+            return None
+        left, right = pair
+        localizer = self.get_localizer(left.calibration, right.calibration)
+        tilt = self._tilt.tilt_at(left.stamp_ns * 1e-9)
+        located = localizer.locate(left.stamp_ns, left.pixels, right.pixels, tilt or (0.0, 0.0))
+        return replace(located, is_tilt_missing=self._has_imu and tilt is None)
+
+    def drop_prior(self) -> None:
+        """Drop the prior: search all places in the next pair."""
+        if self._localizer is not None:
+            self._localizer.last_place = None
+
+    def get_localizer(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
+        """Return the localizer for these calibrations; it is created again when they change.
+
+        Raises:
+            StereoLandmarkError: the calibrations are not a stereo pair, or not the cameras of the places.
+        """
+        if self._localizer is None or self._calibrations != (left, right):
+            rig = stereo_rig(left, right, self._mount)
+            raw = (left, right) if self._pairing.rectify else None
+            self._localizer = PairLocalizer(self._places, rig, self._settings, raw)
+            self._calibrations = left, right
+        return self._localizer

@@ -1,0 +1,1 @@
+"""Direct alignment of taught planar patches by their grey values (Lucas-Kanade)."""

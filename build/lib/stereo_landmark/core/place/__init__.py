@@ -1,0 +1,1 @@
+"""Computes the robot's displacement from the taught pose from stereo point correspondences."""

@@ -1,0 +1,5 @@
+"""Base class of this package's exceptions."""
+
+
+class StereoLandmarkError(ValueError):
+    """Invalid input; the message is one line that names the field and the remedy."""

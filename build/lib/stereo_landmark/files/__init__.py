@@ -1,0 +1,1 @@
+"""Files of taught places, calibrations and results."""

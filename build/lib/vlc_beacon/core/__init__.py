@@ -1,0 +1,1 @@
+"""The method, without ROS and files: images in; poses, packets and authorized commands out."""

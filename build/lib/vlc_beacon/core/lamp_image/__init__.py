@@ -1,0 +1,1 @@
+"""Lamp detection and tracking in grey images: position, size and brightness of each lamp."""

@@ -1,0 +1,1 @@
+"""Light codes: waveforms and decoders for global and rolling shutters."""

@@ -1,0 +1,1 @@
+"""Packets sent by lamps: IDs, data and commands as bytes with checksums."""

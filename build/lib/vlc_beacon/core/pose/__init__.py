@@ -1,0 +1,1 @@
+"""Robot poses from lamp observations."""

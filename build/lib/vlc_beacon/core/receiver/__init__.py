@@ -1,0 +1,1 @@
+"""Receiver: images to lamp IDs, robot pose and commands."""

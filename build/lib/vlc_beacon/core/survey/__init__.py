@@ -1,0 +1,1 @@
+"""Survey of beacon positions from a drive with known poses."""

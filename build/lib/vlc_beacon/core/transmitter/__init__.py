@@ -1,0 +1,1 @@
+"""Transmitter: frames for the lamp firmware, computed on the host."""

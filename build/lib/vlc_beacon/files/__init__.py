@@ -1,0 +1,1 @@
+"""Files of the package: beacons, key, counters, blooming, poses."""
