@@ -3,11 +3,9 @@
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import chdir
+from configparser import ConfigParser
 from pathlib import Path
-from runpy import run_path
-from typing import Any, NoReturn
-from unittest.mock import patch
+from typing import NoReturn
 
 from shirube_cli.bench import find_benchmarks
 from shirube_cli.kernel_registry import sets_of_package
@@ -57,9 +55,7 @@ def find_scripts(root: Path, package: str) -> list[str]:
     """Return the names of the executables of a package."""
     if not is_clone(root):
         return sorted(installed_executables()[package])
-    folder = root / 'src' / package
-    settings: dict[str, Any] = {}
-    with chdir(folder), patch('setuptools.setup', lambda **given: settings.update(given)):
-        run_path('setup.py')
-    lines = settings.get('entry_points', {}).get('console_scripts', [])
-    return sorted(line.partition('=')[0].strip() for line in lines)
+    config = ConfigParser()
+    config.read(root / 'src' / package / 'setup.cfg')
+    lines = config.get('options.entry_points', 'console_scripts', fallback='').split('\n')
+    return sorted(line.partition('=')[0].strip() for line in lines if line)

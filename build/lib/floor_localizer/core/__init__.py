@@ -1,1 +1,0 @@
-"""The method without ROS and without files: images and dots in, poses out."""

@@ -1,1 +1,0 @@
-"""Dot extraction (paper 3.1): detects the dots of an image."""

@@ -1,1 +1,0 @@
-"""Printable random-dot mats, and calibration of the belly camera over one."""

@@ -1,1 +1,0 @@
-"""A dot map from images of the floor with rough odometry."""

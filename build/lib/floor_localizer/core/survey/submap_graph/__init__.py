@@ -1,1 +1,0 @@
-"""The pose graph of the submaps: sequential edges, loop closures, optimisation."""

@@ -1,1 +1,0 @@
-"""Files of a survey: its images with their odometry, checkpoints, report and pictures."""

@@ -1,1 +1,0 @@
-"""Emulated motor controller and robot."""

@@ -1,1 +1,0 @@
-"""The serial link to the motor controller."""

@@ -1,1 +1,0 @@
-"""Fuses the poses of several localizers and wheel odometry into one pose."""

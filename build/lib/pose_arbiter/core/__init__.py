@@ -1,1 +1,0 @@
-"""The filter: no ROS, no files, no clock."""

@@ -1,1 +1,0 @@
-"""Mapping, planning and control without ROS and without files."""

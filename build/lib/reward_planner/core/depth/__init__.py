@@ -1,1 +1,0 @@
-"""Stereo depth from two or three rectified cameras, and points from depth images."""

@@ -1,1 +1,0 @@
-"""Replanning, path following and velocity control on the global map."""

@@ -1,1 +1,0 @@
-"""Local maps from voxels, the global map, and poses for sensor frames."""

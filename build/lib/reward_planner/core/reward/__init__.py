@@ -1,1 +1,0 @@
-"""The paper's reward rule: steps by rewards and penalties, with a virtual search."""

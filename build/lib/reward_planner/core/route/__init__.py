@@ -1,1 +1,0 @@
-"""Shortest routes on a grid: A* over jump points, and incremental replanning with D* Lite."""

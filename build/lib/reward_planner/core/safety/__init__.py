@@ -1,1 +1,0 @@
-"""Collision monitor: limits a commanded velocity by fresh ranges, without map, planner or pose."""

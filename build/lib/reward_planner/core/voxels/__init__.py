@@ -1,1 +1,0 @@
-"""Voxel map: points counted into voxels, ray traversal, and the values of voxels over time."""

@@ -1,1 +1,0 @@
-"""Files: map_server maps, routes, reward tables and pictures."""

@@ -1,1 +1,0 @@
-"""Rendered worlds with known truth: random-dot floors, a belly camera and a robot's drive."""

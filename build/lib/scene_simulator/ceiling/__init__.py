@@ -1,1 +1,0 @@
-"""Lamps on a ceiling and the camera below them."""

@@ -1,1 +1,0 @@
-"""Executables: each a thin command around the simulator."""

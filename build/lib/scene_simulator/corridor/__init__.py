@@ -1,1 +1,0 @@
-"""Corridors with landmarks and the stereo camera in them."""

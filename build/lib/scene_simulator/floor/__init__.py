@@ -1,1 +1,0 @@
-"""Random-dot floors and the camera above them."""

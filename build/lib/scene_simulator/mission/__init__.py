@@ -1,1 +1,0 @@
-"""The room of the mission and the sensors in it."""

@@ -1,1 +1,0 @@
-"""How a robot moves, and what it measures of that."""

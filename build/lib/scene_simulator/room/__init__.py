@@ -1,1 +1,0 @@
-"""Rooms of boxes, and grid worlds."""

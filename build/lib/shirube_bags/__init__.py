@@ -1,1 +1,0 @@
-"""Bags: written, read, replayed without a loss, recorded, and compared with ground truth."""

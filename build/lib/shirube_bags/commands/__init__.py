@@ -1,1 +1,0 @@
-"""Executables of shirube_bags."""

@@ -1,1 +1,0 @@
-"""The executable of the mission."""

@@ -1,1 +1,0 @@
-"""The mission's report: a page with pictures."""

@@ -1,1 +1,0 @@
-"""What all packages share, without ROS: poses, cameras, typed settings, files, lamp waveforms."""

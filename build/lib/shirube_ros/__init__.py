@@ -1,1 +1,0 @@
-"""ROS glue of the nodes: parameters, images, poses, QoS, diagnostics, a safe main."""

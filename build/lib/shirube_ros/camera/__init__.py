@@ -1,1 +1,0 @@
-"""Cameras: settings, calibration, images of topics and of files."""

@@ -1,1 +1,0 @@
-"""Localization without ROS running: recorded messages, and the command ``locate``."""

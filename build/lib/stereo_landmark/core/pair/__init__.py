@@ -1,1 +1,0 @@
-"""Camera images to synchronized, rectified stereo pairs and their localization results."""

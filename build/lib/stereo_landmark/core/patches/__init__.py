@@ -1,1 +1,0 @@
-"""Direct alignment of taught planar patches by their grey values (Lucas-Kanade)."""

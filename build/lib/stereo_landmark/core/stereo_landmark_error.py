@@ -1,5 +1,0 @@
-"""Base class of this package's exceptions."""
-
-
-class StereoLandmarkError(ValueError):
-    """Invalid input; the message is one line that names the field and the remedy."""

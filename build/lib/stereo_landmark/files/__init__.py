@@ -1,1 +1,0 @@
-"""Files of taught places, calibrations and results."""

@@ -1,1 +1,0 @@
-"""Light codes: waveforms and decoders for global and rolling shutters."""

@@ -1,1 +1,0 @@
-"""Packets sent by lamps: IDs, data and commands as bytes with checksums."""

@@ -1,1 +1,0 @@
-"""Robot poses from lamp observations."""

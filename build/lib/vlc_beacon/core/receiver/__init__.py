@@ -1,1 +1,0 @@
-"""Receiver: images to lamp IDs, robot pose and commands."""

@@ -1,1 +1,0 @@
-"""Survey of beacon positions from a drive with known poses."""

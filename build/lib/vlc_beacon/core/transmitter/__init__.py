@@ -1,1 +1,0 @@
-"""Transmitter: frames for the lamp firmware, computed on the host."""

@@ -1,1 +1,0 @@
-"""Files of the package: beacons, key, counters, blooming, poses."""
