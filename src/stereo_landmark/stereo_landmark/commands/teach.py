@@ -33,7 +33,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if the place cannot be taught."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     own = given[: given.index('--ros-args')] if '--ros-args' in given else given
-    options = make_parser().parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
+    parser = make_parser()
+    options = parser.parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
+    if options.accept and options.drive is None:
+        parser.error('--accept goes with --drive')
     try:
         if options.batch is not None:
             teach_batch(options.batch, options.places, replace=options.replace)
@@ -51,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _error_message(fault: OSError, options: argparse.Namespace) -> str:
-    if fault.filename is None and options.batch is None:
+    if fault.filename is None and options.batch is None and not options.accept:
         return f'{fault.strerror}; choose another --host or --port'
     # The error of a full disk has no file name.
     return f'{fault.filename or options.places}: {fault.strerror}; choose a writable place'
@@ -172,12 +175,21 @@ def make_parser() -> argparse.ArgumentParser:
         '--left', type=Path, nargs='+', help='folder of left images, or left images; the first pair is taught'
     )
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
+    source.add_argument(
+        '--drive',
+        type=Path,
+        metavar='BAG',
+        help='rosbag2 of a short drive around the place; proposes shapes that are found again for the page or --accept',
+    )
     source.add_argument('--place', type=Path, metavar='YAML', help='taught place to edit')
     source.add_argument(
         '--live', action='store_true', help='subscribe to left/image_rect and so on; --ros-args may follow'
     )
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
-    add('--replace', action='store_true', help='allow --batch to replace a place of the same name')
+    add(
+        '--replace', action='store_true', help='allow --batch or --accept to replace a place of the same name'
+    )
+    add('--accept', action='store_true', help='save what --drive proposes, without the page')
     _add_page_options(add)
     return parser
 
