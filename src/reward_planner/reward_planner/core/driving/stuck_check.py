@@ -1,7 +1,5 @@
 """Whether a robot that should drive does not move, by its poses: held by an obstacle, a monitor or its base."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
