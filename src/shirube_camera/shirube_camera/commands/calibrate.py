@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import base64
-import html
 import json
 import sys
 from collections.abc import Iterator, Sequence
@@ -105,7 +104,8 @@ def _find_views(options: argparse.Namespace, board: Board, is_pair: bool) -> Vie
             views.names.append(group[0].name or f'image {views.total}')
             views.images = views.images or images
             views.corners.append(tuple(each for each in found if each is not None))
-            print(f'{len(views.names)} views of the board', end='\r', file=sys.stderr)
+            if sys.stderr.isatty():
+                print(f'{len(views.names)} views of the board', end='\r', file=sys.stderr)
     return views
 
 
@@ -149,25 +149,29 @@ def _pictures(found: Calibration, images: Sequence[NDArray[np.uint8]]) -> list[s
         for camera, R, P in zip(found.cameras, found.rotations, found.projections, strict=True)
     ]
     pictures = [cv2.remap(image, *uv, cv2.INTER_LINEAR) for image, uv in zip(images, maps, strict=True)]
-    return [base64.b64encode(cv2.imencode('.jpg', each)[1].tobytes()).decode() for each in pictures]
+    return [_encoded('.jpg', each) for each in pictures]
+
+
+def _encoded(form: str, image: NDArray[np.uint8]) -> str:
+    return base64.b64encode(cv2.imencode(form, image)[1].tobytes()).decode()
 
 
 def print_board(options: argparse.Namespace) -> None:
     """Write the board as an SVG at true scale, with a white margin of one square."""
     settings = settings_from(options, BoardSettings)
-    black = Board(settings).modules()
-    side, module = 1e3 * settings.square, 1e3 * settings.square / MODULES
-    runs = [
-        f'M{side + x * module:g} {side + y * module:g}h{module:g}v{module:g}h{-module:g}z'
-        for y, x in np.argwhere(black)
-    ]
-    width, height = (2.0 * side + module * count for count in black.shape[::-1])
+    modules = Board(settings).modules()
+    side, (height, width) = (
+        1e3 * settings.square,
+        (1e3 * settings.square / MODULES * np.array(modules.shape)).tolist(),
+    )
     about = f'{settings.pattern}, {settings.columns} x {settings.rows} inner corners, square {side:g} mm: measure it'
+    pixels = np.kron(np.where(modules, 0, 255), np.ones((20, 20))).astype(np.uint8)
+    size = f'width="{width + 2.0 * side:g}mm" height="{height + 2.0 * side:g}mm"'
     write_text(
         options.out,
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:g}mm" height="{height:g}mm" viewBox="0 0 {width:g} '
-        f'{height:g}"><path shape-rendering="crispEdges" d="{"".join(runs)}"/><text x="{side:g}" y="{0.6 * side:g}" '
-        f'font-size="4">{html.escape(about)}</text></svg>\n',
+        f'<svg xmlns="http://www.w3.org/2000/svg" {size}><image x="{side:g}mm" y="{side:g}mm" width="{width:g}mm" '
+        f'height="{height:g}mm" href="data:image/png;base64,{_encoded(".png", pixels)}"/><text x="{side:g}mm" '
+        f'y="{0.6 * side:g}mm" font-size="4mm">{about}</text></svg>\n',
     )
     print(f'{options.out}: {about}; print at 100 % and glue it to a flat plate')
 
