@@ -5,7 +5,6 @@ import re
 import cv2
 import numpy as np
 import pytest
-import yaml
 from board_scene import BASELINE, CAMERA, RIGHT, Renderer, poses, seen_from_right
 
 from shirube_camera.commands.calibrate import main
@@ -31,7 +30,7 @@ def test_double_images_give_both_calibrations_and_a_report(double_images, tmp_pa
     left, right = (load_camera_info(tmp_path / f'{side}.yaml') for side in ('left', 'right'))
     assert -right.p[3] / right.p[0] == pytest.approx(BASELINE, rel=2e-3)
     assert left.k[0] == pytest.approx(CAMERA.fx, rel=5e-3)
-    assert yaml.safe_load((tmp_path / 'left.yaml').read_text())['camera_name'] == 'left'
+    assert 'camera_name: left' in (tmp_path / 'left.yaml').read_text()
     page = (tmp_path / 'report.html').read_text()
     assert '{{content}}' not in page
     assert page.count('"corners"') == 2
@@ -45,7 +44,8 @@ def test_images_without_a_board_and_a_size_in_squares_are_refused_in_one_line(
         assert (
             main(['lens', str(double_images), '--columns', columns, '--out', str(tmp_path / 'c.yaml')]) == 1
         )
-        assert re.fullmatch(r'calibrate: only \d views can be used.*\n', capsys.readouterr().err)
+        line = r'calibrate: (only \d views can be used|the corners do not fit).*\n'
+        assert re.fullmatch(line, capsys.readouterr().err)
     assert not any(tmp_path.iterdir())
 
 

@@ -63,7 +63,10 @@ def _fit_inliers(fit: Callable[[list[int]], Calibration], views: list[int]) -> C
                 f'only {len(views)} views can be used; give {VIEWS_MIN} or more, better 20, sharp and with the board '
                 'tilted, and check its size (in inner corners)'
             )
-        found = fit(views)
+        try:
+            found = fit(views)
+        except cv2.error as fault:
+            raise ShirubeCameraError('no lens fits these views; check the size of the board') from fault
         median = float(np.median(found.errors))
         spread = 1.4826 * float(np.median(np.abs(found.errors - median)))
         is_inlier = found.errors <= max(_OUTLIER_RATIO * median, median + _OUTLIER * spread)
