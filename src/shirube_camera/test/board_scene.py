@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from shirube_camera.core.board import MODULES, Board, BoardSettings
+from shirube_camera.core.board import BoardSettings
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 
 CAMERA = PinholeCamera(480, 360, 402.0, 404.0, 236.0, 183.0, (-0.21, 0.06, 0.001, -0.0015, 0.0))
@@ -38,12 +38,12 @@ class Renderer:
     """Renders boards; the rays of all pixels are computed once."""
 
     def __init__(self, camera, settings=BOARD):
-        n, modules = _OVERSAMPLING, Board(settings).modules()
+        n, squares = _OVERSAMPLING, np.indices((settings.rows + 1, settings.columns + 1)).sum(axis=0) % 2
         y, x = ((np.mgrid[: camera.height * n, : camera.width * n] + 0.5) / n) - 0.5
         self.rays = np.nan_to_num(camera.rays_from_pixels(np.column_stack([x.ravel(), y.ravel()])), nan=9.0)
-        print_ = np.kron(np.where(modules, 25, 215), np.ones((4, 4))).astype(np.uint8)
+        print_ = np.kron(np.where(squares, 215, 25), np.ones((32, 32))).astype(np.uint8)
         self.print = cv2.copyMakeBorder(print_, 32, 32, 32, 32, cv2.BORDER_CONSTANT, value=215)
-        self.scale, self.shape = 4 * MODULES / settings.square, y.shape
+        self.scale, self.shape = 32 / settings.square, y.shape
         self.random = np.random.default_rng(1)
 
     def __call__(self, R, centre):

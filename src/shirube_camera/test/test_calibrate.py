@@ -49,13 +49,7 @@ def test_images_without_a_board_and_a_size_in_squares_are_refused_in_one_line(
     assert not any(tmp_path.iterdir())
 
 
-def test_a_printed_board_is_found_again_at_its_scale(tmp_path):
-    assert main(['board', '--out', str(tmp_path / 'board.svg')]) == 0
-    text = (tmp_path / 'board.svg').read_text()
-    assert 'width="300mm" height="225mm"' in text
-
-
 def test_an_opencv_without_charuco_is_named(monkeypatch, capsys):
     monkeypatch.delattr(board.cv2, 'aruco', raising=False)
-    assert main(['board', '--pattern', 'charuco']) == 1
+    assert main(['lens', '/', '--pattern', 'charuco']) == 1
     assert 'has no ChArUco detector; use a chessboard' in capsys.readouterr().err

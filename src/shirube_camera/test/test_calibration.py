@@ -5,8 +5,7 @@ import pytest
 from board_scene import BASELINE, BOARD, CAMERA, RIGHT, Renderer, in_image, poses, seen_from_right
 
 from shirube_camera.core.board import Board, BoardView, ShirubeCameraError
-from shirube_camera.core.calibration import calibrate_lens, calibrate_stereo
-from shirube_camera.core.coverage import advice, select_views
+from shirube_camera.core.calibration import advice, calibrate_lens, calibrate_stereo, select_views
 
 SIZE = CAMERA.width, CAMERA.height
 CORNERS = Board(BOARD).corners

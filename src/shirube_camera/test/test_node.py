@@ -81,7 +81,7 @@ def test_a_folder_is_split_with_one_stamp_and_the_calibration_of_each_half(graph
         split='left_right',
         calibration_file=str(tmp_path),
     )
-    left, right, info = (receiver.wait(topic, 6) for topic in kinds)
+    left, _, info = (receiver.wait(topic, 6) for topic in kinds)
     assert (left.width, left.height, left.encoding, info.width, info.k[0]) == (30, 40, 'mono8', 30, 51.0)
     stamps = [{(m.header.stamp.sec, m.header.stamp.nanosec) for m in receiver.got[topic]} for topic in kinds]
     assert len(stamps[0] & stamps[1]) >= 4

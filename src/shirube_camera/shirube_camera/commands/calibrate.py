@@ -7,7 +7,6 @@ import base64
 import json
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from importlib.resources import files
 from itertools import islice
 from pathlib import Path
@@ -17,12 +16,18 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from tqdm import tqdm
 
-from shirube_camera.core.board import MODULES, Board, BoardSettings, BoardView, ShirubeCameraError
-from shirube_camera.core.calibration import PARAMETERS, Calibration, calibrate_lens, calibrate_stereo
-from shirube_camera.core.coverage import advice, select_views
-from shirube_camera.frame_source import Frame, FrameSource
-from shirube_camera.node_settings import CameraNodeSettings
+from shirube_camera.core.board import Board, BoardSettings, BoardView, ShirubeCameraError
+from shirube_camera.core.calibration import (
+    PARAMETERS,
+    Calibration,
+    advice,
+    calibrate_lens,
+    calibrate_stereo,
+    select_views,
+)
+from shirube_camera.frame_source import CONTROLS, CameraSettings, Frame, FrameSource
 from shirube_core.command import add_settings, run_command, settings_from
 from shirube_core.files import write_text
 from shirube_core.settings import SettingsError
@@ -31,87 +36,88 @@ from shirube_ros.camera.image import to_grey
 from shirube_ros.errors import CameraFileError
 
 _VIDEO_STEP = 5  # of the images of a video, every fifth is searched
-
-
-@dataclass
-class Views:
-    """Images that show the board: their names, the first of them, and the corners in one or two images of each."""
-
-    total: int = 0
-    names: list[str] = field(default_factory=list)
-    images: list[NDArray[np.uint8]] = field(default_factory=list)
-    corners: list[tuple[BoardView, ...]] = field(default_factory=list)
+Images = list[NDArray[np.uint8]]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if the images are insufficient or a file is invalid."""
     options = make_parser().parse_args(arguments)
-    work = print_board if options.task == 'board' else calibrate
+    errors = ShirubeCameraError, CameraFileError, SettingsError
+    work = _write_board if options.task == 'board' else _calibrate
     return run_command(
-        'calibrate', lambda: work(options), (ShirubeCameraError, CameraFileError, SettingsError), options.out
+        'calibrate', lambda: work(options, settings_from(options, BoardSettings)), errors, options.out
     )
 
 
-def calibrate(options: argparse.Namespace) -> None:
-    """Calibrate, write the calibrations and the report, and print what was found."""
-    board, is_pair = Board(settings_from(options, BoardSettings)), options.task == 'stereo'
-    views = _find_views(options, board, is_pair)
-    size = views.images[0].shape[1::-1] if views.images else (1, 1)
-    chosen = select_views(board.corners, [each[0] for each in views.corners], size[0])
-    corners, names = [views.corners[k] for k in chosen], [views.names[k] for k in chosen]
-    sides = [list(side) for side in zip(*corners, strict=True)] or [[]]
-    found = (
-        calibrate_stereo(board.corners, list(zip(*sides, strict=True)) if is_pair and corners else [], size)
-        if is_pair
-        else (calibrate_lens(board.corners, sides[0], size),)
-    )
-    lenses = found[-len(sides) :]
-    advised = [
-        f'{sentence}' for lens, side in zip(lenses, sides, strict=True) for sentence in advice(lens, side)
-    ]
-    lines = [f'{views.total} images, {len(views.names)} show the board, {len(found[0].used)} views used']
-    lines += [line for each in found for line in _summary(each)]
-    outs = [options.out / f'{side}.yaml' for side in ('left', 'right')] if is_pair else [options.out]
-    for out, *calibrated in zip(
-        outs, found[0].cameras, found[0].rotations, found[0].projections, strict=True
-    ):
-        write_text(out, calibration_text(out.stem, *calibrated))
-    report = (options.out / 'report' if is_pair else options.out).with_suffix('.html')
-    content = {
+def _write_board(options: argparse.Namespace, settings: BoardSettings) -> None:
+    content = {'columns': settings.columns, 'rows': settings.rows, 'square': 1e3 * settings.square}
+    _write_page(options.out, 'board.html', content | {'charuco': settings.pattern == 'charuco'})
+    print(f'{options.out}: print it from a browser at 100 %, measure a square, glue it to a flat plate')
+
+
+def _write_page(out: Path, name: str, content: dict[str, Any]) -> None:
+    page = (files('shirube_camera') / name).read_text()
+    write_text(out, page.replace('{{content}}', json.dumps(content).replace('<', '\\u003c')))
+
+
+def _calibrate(options: argparse.Namespace, settings: BoardSettings) -> None:
+    board, is_pair = Board(settings), options.task == 'stereo'
+    count, names, images, views = 0, list[str](), list[Images](), list[tuple[BoardView, ...]]()
+    progress = tqdm(_groups(options), 'images', disable=None)
+    for count, (name, group) in enumerate(progress, 1):  # noqa: B007 the number of all
+        images = images or [group]
+        if any(image.shape != images[0][0].shape for image in group):
+            raise ShirubeCameraError(f'{name} has another size; give images of one size')
+        seen = [view for view in map(board.detect, group) if view is not None]
+        if len(seen) == len(group):
+            names, views = [*names, name], [*views, tuple(seen)]
+            progress.set_postfix(views=len(views))
+    height, width = images[0][0].shape if images else (0, 0)
+    chosen = select_views(board.corners, [view[0] for view in views], width)
+    names, views = [names[k] for k in chosen], [views[k] for k in chosen]
+    found: Sequence[Calibration]
+    if is_pair:
+        found = calibrate_stereo(board.corners, [(view[0], view[1]) for view in views], (width, height))
+    else:
+        found = (calibrate_lens(board.corners, [view[0] for view in views], (width, height)),)
+    lines = [f'{count} images, {len(views)} different ones show the board, {len(found[0].used)} are used']
+    lines += map(_summary, found)
+    sides = [*zip(found[-len(views[0]) :], zip(*views, strict=True), strict=True)]
+    content: dict[str, Any] = {
         'lines': lines,
-        'advice': list(dict.fromkeys(advised)),
-        'pictures': _pictures(found[0], views.images),
+        'advice': [*dict.fromkeys(each for side in sides for each in advice(*side))],
     }
-    content['lenses'] = [_lens(lens, side, names) for lens, side in zip(lenses, sides, strict=True)]
-    page = (files('shirube_camera') / 'report.html').read_text()
-    write_text(report, page.replace('{{content}}', json.dumps(content).replace('<', '\\u003c')))
+    content['lenses'] = [_lens(*side, names) for side in sides]
+    calibrated = [*zip(found[0].cameras, found[0].rotations, found[0].projections, strict=True)]
+    maps = (camera.rectification_maps(R, P[:, :3]) for camera, R, P in calibrated)
+    rectified = (
+        cv2.remap(image, uv[0], uv[1], cv2.INTER_LINEAR) for image, uv in zip(images[0], maps, strict=True)
+    )
+    content['pictures'] = [
+        base64.b64encode(cv2.imencode('.jpg', each)[1].tobytes()).decode() for each in rectified
+    ]
+    outs = [options.out / f'{side}.yaml' for side in ('left', 'right')] if is_pair else [options.out]
+    for out, each in zip(outs, calibrated, strict=True):
+        write_text(out, calibration_text(out.stem, *each))
+    report = options.out / 'report.html' if is_pair else options.out.with_suffix('.html')
+    _write_page(report, 'report.html', content)
     print('\n'.join([*lines, *content['advice'], *map(str, outs), f'{report}: open it in a browser']))
 
 
-def _find_views(options: argparse.Namespace, board: Board, is_pair: bool) -> Views:
-    views = Views()
-    frames = [_frames(name, options.seconds) for name in options.sources]
-    for group in zip(*frames, strict=False):
-        images = [to_grey(frame.pixels) for frame in group]
-        if is_pair and len(images) == 1:
+def _groups(options: argparse.Namespace) -> Iterator[tuple[str, Images]]:
+    """Yield name and grey image, or name and both images of a pair, whose files may be double images."""
+    for frames in zip(*(_frames(name, options) for name in options.sources), strict=False):
+        images = [to_grey(frame.pixels) for frame in frames]
+        if options.task == 'stereo' and len(images) == 1:
             images = np.array_split(images[0], 2, axis=1)
-        images, views.total = [np.ascontiguousarray(image) for image in images], views.total + 1
-        for image in images:
-            if image.shape != (views.images or images)[0].shape:
-                raise ShirubeCameraError(f'image {views.total} has another size; give images of one size')
-        found = [board.detect(image) for image in images]
-        if all(each is not None for each in found):
-            views.names.append(group[0].name or f'image {views.total}')
-            views.images = views.images or images
-            views.corners.append(tuple(each for each in found if each is not None))
-            if sys.stderr.isatty():
-                print(f'{len(views.names)} views of the board', end='\r', file=sys.stderr)
-    return views
+        yield frames[0].name or 'an image', [np.ascontiguousarray(image) for image in images]
 
 
-def _frames(name: str, seconds: float) -> Iterator[Frame]:
-    source = FrameSource(CameraNodeSettings(device=name))
-    end = monotonic() + seconds
+def _frames(name: str, options: argparse.Namespace) -> Iterator[Frame]:
+    settings = CameraSettings(name, **{each: getattr(options, each) for each in CONTROLS})
+    source, end = FrameSource(settings), monotonic() + options.seconds
+    for refused in source.apply(settings):
+        print(f'calibrate: {name}: {refused}', file=sys.stderr)
     frames = iter(source.read, None)
     for frame in frames if source.is_live or Path(name).is_dir() else islice(frames, 0, None, _VIDEO_STEP):
         if source.is_live and monotonic() > end:
@@ -120,60 +126,24 @@ def _frames(name: str, seconds: float) -> Iterator[Frame]:
     source.close()
 
 
-def _summary(found: Calibration) -> list[str]:
-    rms = float(np.sqrt((found.errors**2).mean()))
+def _summary(found: Calibration) -> str:
     if len(found.cameras) == 2:
         rows = float(np.sqrt((np.concatenate(found.residuals) ** 2).mean()))
         baseline = f'{1e3 * found.parameters[0]:.2f} mm ± {1e3 * found.sigmas[0]:.2f} mm'
-        return [f'baseline {baseline}, rows of left and right differ by {rows:.2f} px rms']
-    pairs = zip(PARAMETERS, found.parameters, found.sigmas, strict=True)
-    return [
-        f'rms {rms:.3f} px; ' + ', '.join(f'{name} {value:.5g} ± {sigma:.2g}' for name, value, sigma in pairs)
-    ]
+        return f'baseline {baseline}, rows of left and right differ by {rows:.2f} px rms'
+    rms = float(np.sqrt((found.errors**2).mean()))
+    numbers = zip(PARAMETERS, found.parameters, found.sigmas, strict=True)
+    return f'rms {rms:.3f} px; ' + ', '.join(
+        f'{name} {value:.5g} ± {sigma:.2g}' for name, value, sigma in numbers
+    )
 
 
 def _lens(lens: Calibration, views: Sequence[BoardView], names: Sequence[str]) -> dict[str, Any]:
     camera, errors = lens.cameras[0], dict(zip(lens.used, lens.errors.tolist(), strict=True))
-    corners = [
-        np.column_stack([views[k].pixels, residual]).round(2).tolist()
-        for k, residual in zip(lens.used, lens.residuals, strict=True)
-    ]
+    corners = [np.hstack([views[k].pixels, each]) for k, each in zip(lens.used, lens.residuals, strict=True)]
     shown = [{'name': name, 'error': errors.get(k)} for k, name in enumerate(names)]
-    return {'width': camera.width, 'height': camera.height, 'corners': corners, 'views': shown}
-
-
-def _pictures(found: Calibration, images: Sequence[NDArray[np.uint8]]) -> list[str]:
-    """Return the first images undistorted and rectified, as JPEG in base64."""
-    maps = [
-        camera.rectification_maps(R, P[:, :3])
-        for camera, R, P in zip(found.cameras, found.rotations, found.projections, strict=True)
-    ]
-    pictures = [cv2.remap(image, *uv, cv2.INTER_LINEAR) for image, uv in zip(images, maps, strict=True)]
-    return [_encoded('.jpg', each) for each in pictures]
-
-
-def _encoded(form: str, image: NDArray[np.uint8]) -> str:
-    return base64.b64encode(cv2.imencode(form, image)[1].tobytes()).decode()
-
-
-def print_board(options: argparse.Namespace) -> None:
-    """Write the board as an SVG at true scale, with a white margin of one square."""
-    settings = settings_from(options, BoardSettings)
-    modules = Board(settings).modules()
-    side, (height, width) = (
-        1e3 * settings.square,
-        (1e3 * settings.square / MODULES * np.array(modules.shape)).tolist(),
-    )
-    about = f'{settings.pattern}, {settings.columns} x {settings.rows} inner corners, square {side:g} mm: measure it'
-    pixels = np.kron(np.where(modules, 0, 255), np.ones((20, 20))).astype(np.uint8)
-    size = f'width="{width + 2.0 * side:g}mm" height="{height + 2.0 * side:g}mm"'
-    write_text(
-        options.out,
-        f'<svg xmlns="http://www.w3.org/2000/svg" {size}><image x="{side:g}mm" y="{side:g}mm" width="{width:g}mm" '
-        f'height="{height:g}mm" href="data:image/png;base64,{_encoded(".png", pixels)}"/><text x="{side:g}mm" '
-        f'y="{0.6 * side:g}mm" font-size="4mm">{about}</text></svg>\n',
-    )
-    print(f'{options.out}: {about}; print at 100 % and glue it to a flat plate')
+    rounded = [each.round(2).tolist() for each in corners]
+    return {'width': camera.width, 'height': camera.height, 'corners': rounded, 'views': shown}
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -184,17 +154,18 @@ def make_parser() -> argparse.ArgumentParser:
     tasks = parser.add_subparsers(dest='task', required=True)
     about = {
         'lens': 'one camera',
-        'stereo': 'two cameras, the left one first, or one of both halves',
+        'stereo': 'two cameras, left first, or one of double images',
         'board': 'print it',
     }
-    for task, out in (('lens', 'camera.yaml'), ('stereo', 'stereo'), ('board', 'board.svg')):
+    for task, out in (('lens', 'camera.yaml'), ('stereo', 'stereo'), ('board', 'board.html')):
         each = tasks.add_parser(task, help=about[task])
         if task != 'board':
             text = 'folder of images, video, or camera (number or /dev/...)'
             each.add_argument('sources', nargs='+' if task == 'stereo' else 1, metavar='SOURCE', help=text)
             each.add_argument(
-                '--seconds', type=float, default=60.0, help='of a camera (default: %(default)s)'
+                '--seconds', type=float, default=60.0, help='duration with a camera (default: 60)'
             )
+            add_settings(each, CameraSettings, CONTROLS)
         each.add_argument('--out', type=Path, default=Path(out), help='default: %(default)s')
         add_settings(each, BoardSettings)
     return parser

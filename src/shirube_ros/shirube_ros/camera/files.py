@@ -46,7 +46,7 @@ def load_calibration(path: Path) -> PinholeCamera:
 
 
 def load_camera_info(path: Path) -> CameraInfo:
-    """Load a calibration with R and P, if it has them; raise a CalibrationError if the file or its numbers are invalid."""
+    """Load a calibration with R and P, if it has them; raise a CalibrationError if the file is invalid."""
     camera, content = load_calibration(path), read_yaml(path)
     info = CameraInfo(width=camera.width, height=camera.height, distortion_model=camera.model.value)
     info.d, info.k = list(camera.distortion), camera.matrix.ravel()
