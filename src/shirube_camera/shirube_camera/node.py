@@ -40,17 +40,11 @@ _AGE_MAX = 1.0  # age of an image beyond which the driver's stamp is of another 
 class OutputSettings:
     """What is published."""
 
-    split: str = setting(
-        'none', 'left_right: both halves, in left/ and right/', choices=('none', 'left_right')
-    )
+    split: str = setting('none', 'publish halves in left/ and right/', choices=('none', 'left_right'))
     encoding: str = setting('mono8', 'of image_raw; all localizers use grey', choices=('mono8', 'bgr8'))
-    calibration_file: str = setting(
-        '', 'of camera_calibration; with split, folder of left.yaml, right.yaml; empty: none'
-    )
+    calibration_file: str = setting('', 'YAML; with split, folder of left.yaml and right.yaml; empty: none')
     camera_frame: str = setting('camera_optical_frame', 'frame_id of the messages')
-    latency: float = setting(
-        0.03, 'arrival after exposure, if the driver has no stamp', unit='s', minimum=0.0, maximum=1.0
-    )
+    latency: float = setting(0.03, 'arrival after exposure without stamp', unit='s', minimum=0.0, maximum=1.0)
 
 
 class _Output(NamedTuple):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -19,11 +20,8 @@ PARAMETERS = ('fx', 'fy', 'cx', 'cy', 'k1', 'k2', 'p1', 'p2', 'k3')
 _VIEWS_MIN, _VIEWS_MAX = 5, 40
 _DIFFERENCE_MIN = 0.02  # least distance of a corner of the board in two views, relative to the image's width
 _ERROR_MAX = 2.0  # reprojection error beyond which the board's size is wrong [px]
-_OUTLIER, _OUTLIER_RATIO, _ROUNDS = (
-    6.0,
-    1.5,
-    4,
-)  # robust standard deviations above the median error, ratio to it
+_ROUNDS, _OUTLIER, _OUTLIER_RATIO = 4, 6.0, 1.5  # robust standard deviations above the median, ratio to it
+_CORNERS = {'upper left': (0, 0), 'upper right': (1, 0), 'lower left': (0, 1), 'lower right': (1, 1)}
 _MARGIN = 0.25  # size of the corners of the image that must be covered, relative to it
 _TILT, _TILTED_VIEWS = 0.26, 3  # |sin| of a tilt by 15 degrees; least number of views with it
 _FOCAL_SIGMA = 0.004  # relative standard deviation of the focal length that is good enough
@@ -85,17 +83,13 @@ def calibrate_lens(corners: Array, views: Sequence[BoardView], size: tuple[int, 
         objects = [corners[views[k].ids].astype(np.float32) for k in used]
         images = [views[k].pixels.astype(np.float32) for k in used]
         _, K, D, turns, shifts, sigmas, *_ = cv2.calibrateCameraExtended(objects, images, size, None, None)
-        projected = [
-            cv2.projectPoints(*each, K, D)[0][:, 0] for each in zip(objects, turns, shifts, strict=True)
-        ]
-        residuals = [views[k].pixels - each for k, each in zip(used, projected, strict=True)]
+        poses: Any = zip(images, objects, turns, shifts, strict=True)
+        residuals = [pixels - cv2.projectPoints(*pose, K, D)[0][:, 0] for pixels, *pose in poses]
         errors = np.array([np.sqrt((each**2).sum(axis=1).mean()) for each in residuals])
         tilts = np.array([cv2.Rodrigues(turn)[0][:2, 2] for turn in turns])
         camera, parameters = _camera(K, D, size)
-        matrices = (np.eye(3),), (np.column_stack([K, np.zeros(3)]),)
-        return Calibration(
-            (camera,), *matrices, parameters, sigmas.ravel()[:9], residuals, errors, tilts, used
-        )
+        P, sigmas = np.column_stack([K, np.zeros(3)]), sigmas.ravel()[:9]
+        return Calibration((camera,), (np.eye(3),), (P,), parameters, sigmas, residuals, errors, tilts, used)
 
     return _fit_inliers(fit, [*range(len(views))])
 
@@ -117,28 +111,22 @@ def calibrate_stereo(
     def fit(used: list[int]) -> Calibration:
         objects = [corners[matched[k][0].ids].astype(np.float32) for k in used]
         images = [[matched[k][side].pixels.astype(np.float32) for k in used] for side in (0, 1)]
-        (K1, D1), (K2, D2) = (
-            (c.matrix, np.array(c.distortion)) for (c,) in (lens.cameras for lens in lenses)
-        )
-        start = K1, D1, K2, D2, size, np.eye(3), np.zeros((3, 1))
+        first, second = (lens.cameras[0] for lens in lenses)
+        start = first.matrix, np.array(first.distortion), second.matrix, np.array(second.distortion)
+        given: Any = (objects, *images, *start, size, np.eye(3), np.zeros((3, 1)))
         _, K1, D1, K2, D2, R, T, *_, errors = cv2.stereoCalibrateExtended(
-            objects, images[0], images[1], *start, flags=cv2.CALIB_USE_INTRINSIC_GUESS
+            *given, flags=cv2.CALIB_USE_INTRINSIC_GUESS
         )
-        R1, R2, P1, P2, *_ = cv2.stereoRectify(
-            K1, D1, K2, D2, size, R, T, flags=cv2.CALIB_ZERO_DISPARITY, alpha=0
-        )
+        flags = cv2.CALIB_ZERO_DISPARITY
+        R1, R2, P1, P2, *_ = cv2.stereoRectify(K1, D1, K2, D2, size, R, T, flags=flags, alpha=0.0)
         if not P2[0, 3] < 0.0:
-            raise ShirubeCameraError(
-                'the second camera is not on the right of the first; give the left one first'
-            )
+            raise ShirubeCameraError('the second camera is not right of the first; give the left one first')
         left = [cv2.undistortPoints(each, K1, D1, R=R1, P=P1)[:, 0, 1:] for each in images[0]]
         right = [cv2.undistortPoints(each, K2, D2, R=R2, P=P2)[:, 0, 1:] for each in images[1]]
         rows = [a - b for a, b in zip(left, right, strict=True)]
         cameras = _camera(K1, D1, size)[0], _camera(K2, D2, size)[0]
-        baseline, rms = np.array([np.linalg.norm(T)]), np.sqrt((errors**2).mean(axis=1))
-        return Calibration(
-            cameras, (R1, R2), (P1, P2), baseline, 0.0 * baseline, rows, rms, np.empty((0, 2)), used
-        )
+        baseline, sigma, rms = np.array([np.linalg.norm(T)]), np.zeros(1), np.sqrt((errors**2).mean(axis=1))
+        return Calibration(cameras, (R1, R2), (P1, P2), baseline, sigma, rows, rms, np.empty((0, 2)), used)
 
     pair = _fit_inliers(fit, sorted({*lenses[0].used} & {*lenses[1].used}))
     return pair, lenses[0], lenses[1]
@@ -149,7 +137,7 @@ def _fit_inliers(fit: Callable[[list[int]], Calibration], views: list[int]) -> C
     for _ in range(_ROUNDS):
         if len(views) < _VIEWS_MIN:
             raise ShirubeCameraError(
-                f'only {len(views)} views can be used; give 20 sharp ones with the board tilted, and check its size'
+                f'only {len(views)} views can be used; give 20 sharp ones, check board size'
             )
         try:
             found = fit(views)
@@ -162,9 +150,7 @@ def _fit_inliers(fit: Callable[[list[int]], Calibration], views: list[int]) -> C
             break
         views = [view for view, is_good in zip(views, is_inlier, strict=True) if is_good]
     if not median < _ERROR_MAX:
-        raise ShirubeCameraError(
-            f'the corners do not fit, {median:.1f} px; check size and flatness of the board'
-        )
+        raise ShirubeCameraError(f'the corners do not fit, {median:.1f} px; check the size of the board')
     fits = [fit([view for view in found.used if view != left_out]).parameters for left_out in found.used]
     return replace(found, sigmas=np.maximum(found.sigmas, np.sqrt((len(fits) - 1) * np.var(fits, axis=0))))
 
@@ -187,21 +173,13 @@ def advice(lens: Calibration, views: Sequence[BoardView]) -> list[str]:
     """Return what the used views of a lens lack, one sentence each; empty if nothing."""
     camera, sentences = lens.cameras[0], []
     places = np.concatenate([views[k].pixels for k in lens.used]) / (camera.width, camera.height)
-    for name, place in {
-        'upper left': (0, 0),
-        'upper right': (1, 0),
-        'lower left': (0, 1),
-        'lower right': (1, 1),
-    }.items():
+    for name, place in _CORNERS.items():
         if not (np.abs(places - place).max(axis=1) < _MARGIN).any():
             sentences.append(f'Hold the board into the {name} corner of the image: no view covers it.')
-    for axis, count in zip(
-        ('sideways', 'up and down'), (np.abs(lens.tilts) > _TILT).sum(axis=0), strict=True
-    ):
+    tilted = (np.abs(lens.tilts) > _TILT).sum(axis=0)
+    for axis, count in zip(('sideways', 'up and down'), tilted, strict=True):
         if count < _TILTED_VIEWS:
             sentences.append(f'Turn the board {axis} by 20° to 40°: only {count} views show it so.')
     if (sigma := float((lens.sigmas[:2] / lens.parameters[:2]).max())) > _FOCAL_SIGMA:
-        sentences.append(
-            f'Add near and tilted views: the focal length is only known to {100.0 * sigma:.1f} %.'
-        )
+        sentences.append(f'Add near and tilted views: the focal length is known to {100.0 * sigma:.1f} %.')
     return sentences
