@@ -6,12 +6,11 @@ import cv2
 import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray
-from node_testing import run_in_process
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from shirube_camera import frame_source
 from shirube_camera.core.board import ShirubeCameraError
-from shirube_camera.node import CameraNode, main
+from shirube_camera.node import CameraNode
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera.files import calibration_text
 from shirube_ros.quality_of_service import sensor_profile
@@ -137,7 +136,7 @@ def test_a_camera_gives_its_stamps_and_what_it_refused_and_comes_back(graph, mon
         (__file__, 'no camera or video'),
     ],
 )
-def test_what_is_absent_is_named_and_only_a_camera_is_waited_for(graph, device, words, capfd):
+def test_what_is_absent_is_named_and_only_a_camera_is_waited_for(graph, device, words):
     if device.startswith('/dev'):
         node = graph.add(CameraNode, device=device)
         assert graph.spin_until(lambda: words in node.status().message)
@@ -145,8 +144,3 @@ def test_what_is_absent_is_named_and_only_a_camera_is_waited_for(graph, device, 
         return
     with pytest.raises(ShirubeCameraError, match=words):
         graph.add(CameraNode, device=device)
-
-
-def test_a_bad_parameter_is_one_line_and_exit_code_1(capfd):
-    assert run_in_process(main, '--ros-args', '-p', 'exposure_time:=2.0') == 1
-    assert capfd.readouterr().err.count('\n') == 1

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import cv2
 import numpy as np
@@ -83,8 +82,10 @@ def calibrate_lens(corners: Array, views: Sequence[BoardView], size: tuple[int, 
         objects = [corners[views[k].ids].astype(np.float32) for k in used]
         images = [views[k].pixels.astype(np.float32) for k in used]
         _, K, D, turns, shifts, sigmas, *_ = cv2.calibrateCameraExtended(objects, images, size, None, None)
-        poses: Any = zip(images, objects, turns, shifts, strict=True)
-        residuals = [pixels - cv2.projectPoints(*pose, K, D)[0][:, 0] for pixels, *pose in poses]
+        residuals = [
+            pixels - cv2.projectPoints(points, turn, shift, K, D)[0][:, 0]
+            for pixels, points, turn, shift in zip(images, objects, turns, shifts, strict=True)
+        ]
         errors = np.array([np.sqrt((each**2).sum(axis=1).mean()) for each in residuals])
         tilts = np.array([cv2.Rodrigues(turn)[0][:2, 2] for turn in turns])
         camera, parameters = _camera(K, D, size)
@@ -107,15 +108,14 @@ def calibrate_stereo(
     """
     matched = [_match(*pair) for pair in pairs]
     lenses = [calibrate_lens(corners, [pair[side] for pair in matched], size) for side in (0, 1)]
+    start, guess = [lens.cameras[0] for lens in lenses], cv2.CALIB_USE_INTRINSIC_GUESS
 
     def fit(used: list[int]) -> Calibration:
         objects = [corners[matched[k][0].ids].astype(np.float32) for k in used]
         images = [[matched[k][side].pixels.astype(np.float32) for k in used] for side in (0, 1)]
-        first, second = (lens.cameras[0] for lens in lenses)
-        start = first.matrix, np.array(first.distortion), second.matrix, np.array(second.distortion)
-        given: Any = (objects, *images, *start, size, np.eye(3), np.zeros((3, 1)))
+        (K1, D1), (K2, D2) = ((c.matrix, np.array(c.distortion)) for c in start)
         _, K1, D1, K2, D2, R, T, *_, errors = cv2.stereoCalibrateExtended(
-            *given, flags=cv2.CALIB_USE_INTRINSIC_GUESS
+            objects, images[0], images[1], K1, D1, K2, D2, size, np.eye(3), np.zeros((3, 1)), flags=guess
         )
         flags = cv2.CALIB_ZERO_DISPARITY
         R1, R2, P1, P2, *_ = cv2.stereoRectify(K1, D1, K2, D2, size, R, T, flags=flags, alpha=0.0)
