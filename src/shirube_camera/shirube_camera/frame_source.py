@@ -53,7 +53,7 @@ class FrameSource:
     Attributes:
         is_live: whether it is a camera, which sets the pace and may come back after a failure.
         rate: nominal images per second, 0 if unknown.
-        exposure_time: as the driver reports it [s], 0 if it does not.
+        exposure_time: exposure time that the driver reports [s], 0 without one.
     """
 
     def __init__(self, settings: CameraSettings) -> None:
