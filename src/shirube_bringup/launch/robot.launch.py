@@ -68,7 +68,7 @@ def generate_launch_description() -> LaunchDescription:
         'beacons_file': ('', 'file with the positions of the lamps'),
         'floor_camera': ('belly', 'namespace of the belly camera'),
         'ceiling_camera': ('ceiling', 'namespace of the ceiling camera'),
-        'cameras': ('', 'namespaces of cameras to start, such as belly ceiling; each needs <name>_camera.yaml'),
+        'cameras': ('', 'namespaces of cameras to start; each needs <name>_camera.yaml'),
         'description': ('', 'URDF or xacro file of the robot; empty for none'),
         **ROBOT,
         'use_sim_time': ('false', 'use /clock'),
