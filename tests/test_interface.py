@@ -4,10 +4,10 @@
 here never change without a line in the changelog.
 """
 
-from __future__ import annotations
-
 import json
+import tomllib
 from collections.abc import Callable
+from configparser import ConfigParser
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
@@ -176,20 +176,26 @@ def topics_in(text: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize('package', EXECUTABLES)
-def test_the_promised_executables_start_something(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    scripts = entry_points(ROOT / 'src' / package, monkeypatch)
+def test_the_promised_executables_start_something(package: str) -> None:
+    scripts = entry_points(ROOT / 'src' / package)
     assert set(EXECUTABLES[package].split()) <= scripts.keys()
     for name, target in scripts.items():
         assert callable(EntryPoint(name, target, 'console_scripts').load())
         assert name != 'node' or target == f'shirube_ros.start:{package}'
 
 
-def entry_points(folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Return the executables of a package by name, as its setup.py hands them to setuptools."""
-    import setuptools  # noqa: PLC0415
+def entry_points(folder: Path) -> dict[str, str]:
+    """Return the executables of a package by name, as its setup.cfg names them."""
+    config = ConfigParser()
+    config.read(folder / 'setup.cfg')
+    scripts = config.get('options.entry_points', 'console_scripts', fallback='').strip()
+    return dict(script.split(' = ') for script in scripts.split('\n') if script)
 
-    given: dict[str, Any] = {}
-    monkeypatch.chdir(folder)
-    monkeypatch.setattr(setuptools, 'setup', lambda **options: given.update(options))
-    exec(compile((folder / 'setup.py').read_text(), 'setup.py', 'exec'), {'__name__': 'setup'})
-    return dict(script.split(' = ') for script in given['entry_points']['console_scripts'])
+
+def test_pip_users_get_the_executables_of_all_packages() -> None:
+    project = tomllib.loads((ROOT / 'pyproject.toml').read_text())['project']
+    packages = {path.parent for path in ROOT.glob('src/*/setup.cfg')}
+    expected = {
+        f'{one.name}.{name}': target for one in packages for name, target in entry_points(one).items()
+    }
+    assert project['entry-points']['shirube.executables'] == expected

@@ -1,7 +1,5 @@
 """The collision monitor stops before contact, names what is invalid, and does not stop for what is beside its way."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The closed loop: a robot that senses, maps, plans and drives gets to its goal and hits nothing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """When the robot stops: stale input, commands of lamps, and at the goal."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

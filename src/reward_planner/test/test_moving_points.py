@@ -1,7 +1,5 @@
 """Moving obstacles: their motion, and that they are no part of the map."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -278,7 +278,7 @@ def test_the_replay_starts_the_player_with_known_options() -> None:
 def test_the_simulation_starts_the_room_with_known_options() -> None:
     simulation = (PACKAGE / 'launch' / 'simulation.launch.py').read_text()
     mission = PACKAGE.parent / 'shirube_bringup'
-    assert 'room = {NAME}.commands.room:main' in (mission / 'setup.py').read_text()
+    assert 'room = shirube_bringup.commands.room:main' in (mission / 'setup.cfg').read_text()
     room = (mission / 'shirube_bringup' / 'commands' / 'room.py').read_text()
     run = (mission / 'shirube_bringup' / 'run.py').read_text()
     for option in re.findall(r"'(--\w+)'", simulation):

@@ -1,7 +1,5 @@
 """Images of a V4L2 camera, a video file or a folder of images, behind one narrow interface, and their settings."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from itertools import cycle
@@ -29,13 +27,13 @@ class CameraSettings:
     """Source of the images, and controls of the camera."""
 
     device: str = setting('/dev/video0', 'number, /dev/videoN or /dev/v4l/by-id/...; or a video or folder')
-    width: int = setting(0, "width of the images; 0: the driver's", unit='px', minimum=0, maximum=16384)
-    height: int = setting(0, "height of the images; 0: the driver's", unit='px', minimum=0, maximum=16384)
-    rate: float = setting(0.0, "images/s; 0: the source's, 30 for a folder", minimum=0.0, maximum=1e3)
+    width: int = setting(0, "width of the images; 0: the driver's", 'px', (0, 16384))
+    height: int = setting(0, "height of the images; 0: the driver's", 'px', (0, 16384))
+    rate: float = setting(0.0, "images/s; 0: the source's, 30 for a folder", limits=(0.0, 1e3))
     pixel_format: str = setting('', "such as YUYV, GREY (exact), MJPG (more images/s); empty: the driver's")
-    exposure_time: float = setting(0.0, 'steps of 0.1 ms; 0: automatic', unit='s', minimum=0.0, maximum=1.0)
-    gain: float = setting(-1.0, "gain in the driver's unit; -1: unchanged", minimum=-1.0, maximum=1e5)
-    focus: float = setting(-1.0, "fixed focus in the driver's unit; -1: unchanged", minimum=-1.0, maximum=1e5)
+    exposure_time: float = setting(0.0, 'steps of 0.1 ms; 0: automatic', 's', (0.0, 1.0))
+    gain: float = setting(-1.0, "gain in the driver's unit; -1: unchanged", limits=(-1.0, 1e5))
+    focus: float = setting(-1.0, "fixed focus in the driver's unit; -1: unchanged", limits=(-1.0, 1e5))
     loop: bool = setting(False, 'whether a video or folder starts again at its end')
 
 

@@ -1,7 +1,5 @@
 """The ROS node: images of a camera, a video or a folder, with their calibration."""
 
-from __future__ import annotations
-
 import sys
 from array import array
 from collections import deque
@@ -44,7 +42,7 @@ class OutputSettings:
     encoding: str = setting('mono8', 'of image_raw; all localizers use grey', choices=('mono8', 'bgr8'))
     calibration_file: str = setting('', 'YAML; with split, folder of left.yaml and right.yaml; empty: none')
     camera_frame: str = setting('camera_optical_frame', 'frame_id of the messages')
-    latency: float = setting(0.03, 'arrival after exposure without stamp', unit='s', minimum=0.0, maximum=1.0)
+    latency: float = setting(0.03, 'arrival after exposure without stamp', 's', (0.0, 1.0))
 
 
 class _Output(NamedTuple):

@@ -1,7 +1,5 @@
 """``calibrate_rig``: three cameras in an L from images of a chessboard, as calibrations with a common rectification."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

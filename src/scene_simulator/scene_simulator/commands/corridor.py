@@ -1,7 +1,5 @@
 """Commands of the corridor: record a drive with a stereo rig as a bag with ground truth, write what the rig sees."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator, Sequence

@@ -1,7 +1,5 @@
 """A stereo rig on a robot, and its calibration as camera_calibration reports it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

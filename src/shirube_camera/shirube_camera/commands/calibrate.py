@@ -1,7 +1,5 @@
 """``calibrate``: a lens or a stereo pair from images of a printed board, with a report; and the board to print."""
 
-from __future__ import annotations
-
 import argparse
 import base64
 import json

@@ -1,7 +1,5 @@
 """Calibration boards, chessboard or ChArUco: corners on the board, and their detection in images."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,9 +27,9 @@ class BoardSettings:
     """The calibration board; its size is counted in inner corners."""
 
     pattern: str = setting('chessboard', 'kind of board', choices=('chessboard', 'charuco'))
-    columns: int = setting(9, 'inner corners in a row of the board', minimum=3, maximum=30)
-    rows: int = setting(6, 'inner corners in a column of the board', minimum=3, maximum=30)
-    square: float = setting(0.025, 'side of a square, measured on paper', unit='m', minimum=1e-3, maximum=1.0)
+    columns: int = setting(9, 'inner corners in a row of the board', limits=(3, 30))
+    rows: int = setting(6, 'inner corners in a column of the board', limits=(3, 30))
+    square: float = setting(0.025, 'side of a square, measured on paper', 'm', (1e-3, 1.0))
 
 
 class BoardView(NamedTuple):

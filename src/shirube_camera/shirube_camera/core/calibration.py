@@ -4,8 +4,6 @@ The standard deviations are the larger of those of the least squares fit, which 
 corners, and of the jackknife over views, which also sees errors that the corners of a view share: a warped board, blur.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Camera calibrations (YAML of ``camera_calibration``) and images on disk."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Conversion of image messages to arrays and back, copying only where needed."""
 
-from __future__ import annotations
-
 from array import array
 
 import cv2

@@ -1,7 +1,5 @@
 """The drive controller: follows the route to the goal and stops on stale input, commands and obstacles."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

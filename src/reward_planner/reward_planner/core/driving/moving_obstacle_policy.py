@@ -1,7 +1,5 @@
 """Decides between driving on, waiting and going around by predicting moving obstacles against the route."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Path following: the lookahead point on the route, the free distance ahead, steering and speed limits."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Recovery behaviors of a robot without a route: look around, wait, back up, clear the map, plan from scratch."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from enum import Enum

@@ -1,7 +1,5 @@
 """Tracks clusters of moving obstacle cells with constant-velocity Kalman filters."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple

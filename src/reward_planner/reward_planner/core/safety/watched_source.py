@@ -1,7 +1,5 @@
 """One range sensor of the collision monitor: its freshness, obstacles and their motion."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
