@@ -30,6 +30,7 @@ PURE = (
     'pose_arbiter/pose_arbiter/core',
     'reward_planner/reward_planner/core',
     'scene_simulator',
+    'shirube_camera/shirube_camera/core',
     'shirube_core/shirube_core/geometry',
     'shirube_core/shirube_core/motion',
     'shirube_core/shirube_core/settings',

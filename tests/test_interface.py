@@ -22,6 +22,7 @@ from motor_bridge.node import MotorBridgeNode
 from pose_arbiter.node import PoseArbiterNode
 from reward_planner.collision_monitor_node import CollisionMonitorNode
 from reward_planner.node import RewardPlannerNode
+from shirube_camera.node import CameraNode
 from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.node import StereoLandmarkNode
 from vlc_beacon.node import VlcBeaconNode
@@ -31,6 +32,7 @@ pytestmark = [pytest.mark.quick, pytest.mark.newest_set_only, pytest.mark.timeou
 ROOT = Path(__file__).resolve().parents[1]
 GOLDEN = Path(__file__).parent / 'goldens' / 'interface.json'
 NODES: dict[str, tuple[Callable[..., Node], dict[str, object]]] = {
+    'camera': (CameraNode, {'device': '/dev/nonexistent'}),
     'collision_monitor': (CollisionMonitorNode, {}),
     'floor_localizer': (FloorLocalizerNode, {}),
     'stereo_landmark': (StereoLandmarkNode, {}),
@@ -45,6 +47,7 @@ LEFT = 'left/image_rect sensor_msgs/Image left/camera_info sensor_msgs/CameraInf
 ODOMETRY = 'odom nav_msgs/Odometry'
 INITIAL_POSE = 'initialpose geometry_msgs/PoseWithCovarianceStamped'
 SUBSCRIBES = {
+    'camera': '',
     'collision_monitor': 'cmd_vel_in geometry_msgs/TwistStamped points sensor_msgs/PointCloud2 odom nav_msgs/Odometry',
     'floor_localizer': f'{IMAGES} {ODOMETRY} {INITIAL_POSE}',
     'stereo_landmark': f'{LEFT} {LEFT.replace("left", "right")} imu sensor_msgs/Imu',
@@ -55,6 +58,7 @@ SUBSCRIBES = {
     'motor_bridge': 'cmd_vel geometry_msgs/TwistStamped estop std_msgs/Bool',
 }
 PUBLISHES = {
+    'camera': f'{IMAGES} image_raw/compressed sensor_msgs/CompressedImage',
     'collision_monitor': 'cmd_vel geometry_msgs/TwistStamped ~/state std_msgs/String'
     ' ~/stop_zone geometry_msgs/PolygonStamped ~/slow_down_zone geometry_msgs/PolygonStamped',
     'floor_localizer': f'{POSES} ~/dots visualization_msgs/MarkerArray',
@@ -67,6 +71,7 @@ PUBLISHES = {
     'motor_bridge': 'odom nav_msgs/Odometry joint_states sensor_msgs/JointState',
 }
 SERVICES = {
+    'camera': '',
     'collision_monitor': '',
     'floor_localizer': '~/relocalize',
     'stereo_landmark': '~/relocalize',
@@ -77,6 +82,7 @@ SERVICES = {
 }
 CAMERA = 'camera_xyz camera_rpy map_frame base_frame image_transport'
 PARAMETERS = {
+    'camera': 'device width height rate exposure_time gain focus loop split calibration_file',
     'collision_monitor': 'sources stamped base_frame footprint robot_radius deceleration latency exclusion_zones',
     'floor_localizer': f'{CAMERA} map_file match_rate_min',
     'stereo_landmark': f'{CAMERA} places_dir rectify approximate_sync approximate_sync_tolerance_seconds queue_size',
@@ -95,6 +101,7 @@ EXECUTABLES = {
     'pose_arbiter': 'node',
     'motor_bridge': 'node calibrate firmware_emulator',
     'shirube_bags': 'play record check',
+    'shirube_camera': 'camera calibrate',
 }
 
 
