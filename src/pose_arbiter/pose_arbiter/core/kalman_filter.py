@@ -5,8 +5,6 @@ that treated them as independent would follow the source with the highest rate. 
 estimated and kept, so that the more accurate one still counts while only the other one publishes.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ rotation vector in the level frame [rad]. A lamp L is in the optical frame at
 ``R_level_camera^T (exp(-tilt) l - t)`` with l the lamp in the level frame and t the camera in it.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

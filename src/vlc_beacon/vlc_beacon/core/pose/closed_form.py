@@ -7,8 +7,6 @@ are the robot's motion until the observation. Two lamps give ``X1 - X2 = k (D - 
 equation), the directions k.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 
