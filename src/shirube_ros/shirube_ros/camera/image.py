@@ -105,6 +105,13 @@ def decode_file(data: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     return eight
 
 
+def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Convert an image, grey of shape (h, w) or BGR of shape (h, w, 3), to grey, shape (h, w)."""
+    return (
+        pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+    )
+
+
 def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
     """Return a mono8 or bgr8 message of pixels, shape (h, w) gray or (h, w, 3) in order blue, green, red."""
     height, width = pixels.shape[:2]
