@@ -21,9 +21,9 @@ def fuse(
     """Fuse poses and odometry; return the pose at the last stamp, or the reason for none.
 
     Args:
-        poses: for each source rows of stamp [s], x, y [m], yaw [rad] in the map.
+        poses: rows of each source: stamp [s], x, y [m], yaw [rad] in the map.
         odometry: rows of stamp [s], x, y [m], yaw [rad] in the odometry frame.
-        sigmas: for each source its standard deviations of x and y [m] and of yaw [rad]; else the node's defaults.
+        sigmas: standard deviations of each source, of x and y [m] and of yaw [rad]; else the node's defaults.
 
     Raises:
         InputError, SettingsError: an argument that cannot be used.

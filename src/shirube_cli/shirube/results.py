@@ -54,7 +54,7 @@ class FusedResult(Result):
     """The fused pose at the last stamp, or the reason for none.
 
     Attributes:
-        counts: by source, how many of its poses had which outcome.
+        counts: number of poses by source and outcome.
     """
 
     counts: dict[str, dict[str, int]] = field(default_factory=dict)

@@ -65,7 +65,7 @@ def teach(
         left: left image, shape (h, w) or (h, w, 3) BGR.
         right: right image.
         cameras: the stereo pair.
-        targets: for each object its primitives: kind (quadrilateral, ellipse, corner, ...) and u, v near them [px].
+        targets: primitives of each object: kind (quadrilateral, ellipse, corner, ...) and u, v near them [px].
         name: name of the place.
         pose: x, y [m] and yaw [rad] of the robot in the map now.
 
