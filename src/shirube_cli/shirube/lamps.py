@@ -10,7 +10,7 @@ from shirube.results import LampResult, as_pose
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_core.settings import check_settings
 from vlc_beacon.core.pose.lamp_rays import Beacon
-from vlc_beacon.core.pose.pose_fix import NoBeaconFix
+from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.files.beacons_file import load_beacons
@@ -30,7 +30,7 @@ def read(
     camera_xyz: Sequence[float] = NodeSettings.camera_xyz,
     camera_rpy: Sequence[float] = NodeSettings.camera_rpy,
 ) -> LampResult:
-    """Read the lamps of an image sequence; return their IDs and the pose at the last image, or the reason for none.
+    """Read the lamps of an image sequence; return their IDs and the last pose, or the reason for none.
 
     Args:
         images: sequence of images, each of shape (h, w) or (h, w, 3) BGR; an ID takes about a second of them.
@@ -53,18 +53,19 @@ def read(
     authorizer = authorizer_from_settings(
         NodeSettings(), AuthorizationSettings(), known
     )  # rejects all commands
-    receiver, output, seen = BeaconReceiver(known, mount, authorizer, light), None, {}
+    receiver, output, found, seen = BeaconReceiver(known, mount, authorizer, light), None, None, {}
     prepare('vlc_beacon')
     for number, image in enumerate(images):
         output = receiver.receive(number / rate, as_image(image, camera), camera)
-    if output is None:
+        if not isinstance(found, BeaconFix) or isinstance(output.result, BeaconFix):
+            found = output.result
+    if output is None or found is None:
         raise InputError('there are no images; give about a second of them')
     for lamp in output.lamps:
         name = lamp.unknown_id if lamp.beacon is None else lamp.beacon
         if name is not None:
             u, v = lamp.sample.centre.tolist()
             seen[name] = (u, v)
-    found = output.result
     if isinstance(found, NoBeaconFix):
         return LampResult(reason=found.reason.value, lamps=seen)
     return LampResult(as_pose(found.T_map_base), found.planar_covariance, lamps=seen)

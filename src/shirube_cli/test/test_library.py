@@ -29,9 +29,9 @@ def recorded(bag: Path, prefix: str = '', count: int = 1) -> tuple[list[np.ndarr
     return images, camera_from_camera_info(info, 'camera_info')
 
 
-def true_pose(bag: Path) -> tuple[float, float, float]:
+def true_pose(bag: Path, number: int = 0) -> tuple[float, float, float]:
     with BagReader(bag) as reader:
-        pose = reader.decode(next(reader.messages(['/ground_truth']))).pose
+        pose = reader.decode(list(reader.messages(['/ground_truth']))[number]).pose
     q = pose.orientation
     return pose.position.x, pose.position.y, 2.0 * math.atan2(q.z, q.w)
 
@@ -48,6 +48,16 @@ def test_floor_image_as_a_list_has_the_true_pose_and_half_of_it_is_refused() -> 
         shirube.InputError, match=r'117 x 117 px, its camera is calibrated for 235 x 235 px; '
     ):
         localizer.locate(image[:117, :117], camera)
+
+
+def test_lamps_give_the_true_pose_and_their_ids_need_no_list() -> None:
+    bag = BAGS / 'lamp_drive'
+    images, camera = recorded(bag, count=120)
+    result = shirube.lamps.read(images, camera, bag / 'beacons.yaml')
+    assert result.pose == pytest.approx(true_pose(bag, 119), abs=0.03)
+    alone = shirube.lamps.read(images, camera)
+    assert alone.reason == 'no known lamp in view'
+    assert set(alone.lamps) == set(result.lamps) == {1, 2, 3, 4}
 
 
 def test_route_is_shortest_and_keeps_the_radius() -> None:
