@@ -20,6 +20,7 @@ usage: shirube <command> [arguments ...]
   check [--fix]                   format, lint and types
   bench <name>                    run one of the benchmarks
   migrate FILE ...                rename former parameters in your parameter files
+  --version                       the version, and where it is installed
 """
 FULL_DISK = {errno.ENOSPC, errno.EDQUOT}
 REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS}

@@ -10,11 +10,11 @@ import pytest
 
 import shirube
 from shirube_bags.bag_reader import BagReader
-from shirube_cli.project import bags_folder, find_home
+from shirube_cli.project import find_home
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera.info import camera_from_camera_info
 
-BAGS = bags_folder(find_home())
+BAGS = find_home() / 'bags'
 CAMERA = shirube.Camera(4, 3, 2.0, 2.0, 2.0, 1.5)
 
 
