@@ -41,30 +41,9 @@ def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
 
 
 def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
-<<<<<<< HEAD
     """Write the intrinsics, atomically; raises `OSError`."""
-    content = {
-        'image_width': camera.width,
-        'image_height': camera.height,
-        'camera_name': 'belly_camera',
-        'camera_matrix': {'rows': 3, 'cols': 3, 'data': camera.matrix.ravel().tolist()},
-        'distortion_model': camera.model.value,
-        'distortion_coefficients': {
-            'rows': 1,
-            'cols': len(camera.distortion),
-            'data': list(camera.distortion),
-        },
-    }
-    write_text(path, yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
-=======
-    """Write the intrinsics, atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
     P = np.column_stack([camera.matrix, np.zeros(3)])
     write_text(path, calibration_text('belly_camera', camera, np.eye(3), P))
->>>>>>> main
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
