@@ -66,6 +66,7 @@ def run_mission(
     planner: str = 'default',
     is_kidnapped: bool = False,
     people: int = 0,
+    domain: int | None = None,
 ) -> tuple[dict[str, Any], MissionTraces]:
     """Run a mission and return its summary, as JSON data, and its time series.
 
@@ -79,6 +80,7 @@ def run_mission(
         planner: one of `PLANNERS`.
         is_kidnapped: whether the robot is carried away at the first goal.
         people: number of people who walk in the room.
+        domain: ROS domain of the nodes; None reserves a free one.
 
     Raises:
         MissionError, ReplayError: a node did not start, or does not respond before the first step.
@@ -90,7 +92,7 @@ def run_mission(
     controller = _controller(seed, sensors.layout.start)
     with ExitStack() as stack:
         setups = mission_nodes(files, stack.enter_context(PseudoTerminal(controller, lock)).path, planner)
-        domain, nodes = _start_nodes(stack, setups, folder, log, launched=launched)
+        domain, nodes = _start_nodes(stack, setups, folder, log, domain, launched=launched)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         received = MissionSubscribers(node)
@@ -149,7 +151,13 @@ def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[s
 
 
 def _start_nodes(
-    stack: ExitStack, nodes: Sequence[NodeSetup], folder: Path, log: Callable[[str], None], *, launched: bool
+    stack: ExitStack,
+    nodes: Sequence[NodeSetup],
+    folder: Path,
+    log: Callable[[str], None],
+    domain: int | None,
+    *,
+    launched: bool,
 ) -> tuple[int, NodeProcesses]:
     """Start the nodes; return their ROS domain and processes, which end with the stack."""
     if launched:
@@ -157,7 +165,7 @@ def _start_nodes(
             node.arguments(folder)
         log(PARAMETERS_WRITTEN)
         return int(os.environ.get('ROS_DOMAIN_ID', '0')), NodeProcesses((), folder, 0)
-    domain = stack.enter_context(free_domain())
+    domain = stack.enter_context(free_domain()) if domain is None else domain
     return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
-from datetime import datetime
+import time
 from pathlib import Path
 
 
@@ -14,7 +14,7 @@ class BagProcess:
 
     def __init__(self, folder: Path) -> None:
         """Set the folder of the bags."""
-        self._folder, self._process, self._path = folder, None, folder
+        self._folder, self._path = folder, folder
         self._process: subprocess.Popen[bytes] | None = None
 
     @property
@@ -27,7 +27,7 @@ class BagProcess:
         if self.is_running:
             self.close()
             return f'recorded to {self._path}'
-        self._path = self._folder / f'drive_{datetime.now():%Y%m%d_%H%M%S}'
+        self._path = self._folder / time.strftime('drive_%Y%m%d_%H%M%S')
         command = [sys.executable, '-m', 'shirube_bags.commands.record', '-o', str(self._path)]
         self._process = subprocess.Popen(command, stdin=subprocess.DEVNULL, start_new_session=True)
         return f'recording to {self._path}'

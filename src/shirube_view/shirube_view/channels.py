@@ -95,7 +95,11 @@ def plain(value: Any) -> Any:
         return int(value)
     if isinstance(value, np.ndarray | list | tuple):
         return [plain(each) for each in (value.tolist() if isinstance(value, np.ndarray) else value)]
-    return {field.name: plain(getattr(value, field.name)) for field in fields(value) if field.name != '__msgtype__'}
+    return {
+        field.name: plain(getattr(value, field.name))
+        for field in fields(value)
+        if field.name != '__msgtype__'
+    }
 
 
 @dataclass(frozen=True)
@@ -146,11 +150,16 @@ def jpeg(message: Any, topic: str) -> bytes:
     if hasattr(message, 'format'):
         pixels = array_from_compressed_image(message, topic)
     elif message.encoding in ('32FC1', '16UC1'):
-        near = 1.0 - np.nan_to_num(depth_from_image(message, topic), nan=_DEPTH_MAX, posinf=_DEPTH_MAX) / _DEPTH_MAX
+        near = (
+            1.0
+            - np.nan_to_num(depth_from_image(message, topic), nan=_DEPTH_MAX, posinf=_DEPTH_MAX) / _DEPTH_MAX
+        )
         pixels = (255.0 * near.clip(0.0, 1.0)).astype(np.uint8)
     else:
         pixels = array_from_image(message, topic)
     shrink = _PICTURE_WIDTH / pixels.shape[1]
     if shrink < 1.0:
-        pixels = np.asarray(cv2.resize(pixels, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+        pixels = np.asarray(
+            cv2.resize(pixels, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA), dtype=np.uint8
+        )
     return cv2.imencode('.jpg', pixels, [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY])[1].tobytes()

@@ -74,9 +74,7 @@ class Commands:
             name = word(request, 'name', SERVICES)
             node.run_soon(lambda: node.call(name, page.tell))
             return ''
-        if kind == 'record':
-            return self._recorder.toggle()
-        return self._simulate(request)
+        return self._recorder.toggle() if kind == 'record' else self._simulate(request)
 
     def _drive(self, page: Any, forward: float, turn: float, *, is_first: bool) -> str:
         refusal = self.node.driver.drive(page, forward, turn, monotonic())

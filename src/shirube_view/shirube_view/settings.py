@@ -18,7 +18,11 @@ class ViewSettings:
         0.8, 'turn rate of the stick at its end', unit='rad/s', minimum=0.0, maximum=6.0
     )
     heartbeat_timeout: float = setting(
-        0.2, 'the robot stops when the driving page is silent for this long', unit='s', minimum=0.1, maximum=1.0
+        0.2,
+        'the robot stops when the driving page is silent for this long',
+        unit='s',
+        minimum=0.1,
+        maximum=1.0,
     )
     map_frame: str = setting('map', 'frame of goals and initial poses')
     base_frame: str = setting('base_link', 'frame of velocities')

@@ -39,13 +39,15 @@ class Page:
         seen: what it has already.
         recording: bag that it plays, None if it is live.
         may_command: whether it may command the robot.
+        is_waiting: whether it plays a bag only until a robot is live.
     """
 
     def __init__(self, socket: web.WebSocketResponse, live: Board, *, may_command: bool) -> None:
         """Start with live messages."""
         self.socket, self.may_command = socket, may_command
-        self.seen, self.recording = Seen(), None
+        self.seen = Seen()
         self.recording: Recording | None = None
+        self.is_waiting = False
         self._live, self._loop = live, asyncio.get_running_loop()
         self._counts: Counter[str] = Counter()
         self._pictures_at = self._advanced_at = monotonic()
@@ -159,16 +161,23 @@ class ViewServer:
 
     async def _send_updates(self, page: Page) -> None:
         with suppress(ConnectionResetError):
-            hello = {'bags': [bag.name for bag in self._bags], 'pictures': PICTURES, 'may_command': page.may_command}
+            hello = {
+                'bags': [bag.name for bag in self._bags],
+                'pictures': PICTURES,
+                'may_command': page.may_command,
+            }
             await page.socket.send_json({'hello': hello})
-            if self._bags:
-                await self._open(page, 0)
-            self._watch()
+            page.is_waiting = bool(self._bags)
+            await self._open(page, 0)
             status_at = 0.0
             while True:
                 if (now := monotonic()) - status_at >= _STATUS_PERIOD:
                     status_at = now
                     await page.socket.send_json({'status': self._status(page)})
+                if page.is_waiting and self._node.board.counts['fused']:
+                    page.is_waiting = False
+                    await self._open(page, len(self._bags))
+                    await page.socket.send_json({'live': True})
                 await page.update()
                 await asyncio.sleep(_PERIOD)
 
@@ -187,7 +196,8 @@ class ViewServer:
         """Subscribe to what live pages show."""
         live = [page for page in self._pages.values() if page.recording is None]
         pictures = frozenset(name for page in live for name in page.seen.pictures)
-        self._node.watched = (_VALUES | pictures) if live else frozenset()
+        is_any_waiting = any(page.is_waiting for page in self._pages.values())
+        self._node.watched = (_VALUES | pictures) if live else {'fused'} if is_any_waiting else frozenset()
 
     async def _answer(self, page: Page, text: str) -> None:
         try:
@@ -196,7 +206,7 @@ class ViewServer:
             request = None
         try:
             if not isinstance(request, dict) or not isinstance(request.get('do'), str):
-                raise RequestError('a request must be a JSON object; reload the page')  # noqa: TRY301
+                raise RequestError('a request must be a JSON object; reload the page')
             said = await self._do(page, request)
             if said:
                 page.tell(said, is_done=True)
@@ -217,6 +227,7 @@ class ViewServer:
             page.seen.pictures = [name for name in PICTURES if isinstance(names, list) and name in names]
             self._watch()
         elif kind == 'source':
+            page.is_waiting = False
             await self._open(page, round(number(request, 'bag', len(self._bags))))
         elif recording is None:
             raise RequestError('no bag is open; choose one first')

@@ -6,12 +6,13 @@ import argparse
 import logging
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from threading import Thread
 
 import rclpy
-from rclpy.executors import ExternalShutdownException
+from rclpy.executors import Executor, ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 
 from shirube_bags.bag_reader import check_is_bag
@@ -74,11 +75,9 @@ def run(options: argparse.Namespace) -> None:
         node.destroy_node()
 
 
-def _spin(executor: rclpy.executors.Executor) -> None:
-    try:
+def _spin(executor: Executor) -> None:
+    with suppress(ExternalShutdownException):
         executor.spin()
-    except ExternalShutdownException:
-        pass
 
 
 def print_addresses(host: str, tokens: Sequence[str], port: int) -> None:
@@ -104,7 +103,7 @@ def make_parser() -> argparse.ArgumentParser:
     """Return the argument parser."""
     parser = argparse.ArgumentParser(
         prog='view',
-        description='Open a page for the browser that shows the robot live: map, poses, plan, cameras, diagnostics; and '
+        description='Open a page for the browser that shows the robot live: map, poses, plan, cameras; and '
         'commands it, or plays bags. Parameters and remapped topics follow after --ros-args.',
     )
     add = parser.add_argument

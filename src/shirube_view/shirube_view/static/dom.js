@@ -38,4 +38,4 @@ export const colour = (name) => getComputedStyle(document.documentElement).getPr
 export const yawOf = (q) => Math.atan2(2 * (q.w * q.z + q.x * q.y), 1 - 2 * (q.y * q.y + q.z * q.z));
 export const seconds = (stamp) => stamp.sec + 1e-9 * stamp.nanosec;
 export const degrees = (radians) => `${(radians * 180 / Math.PI).toFixed(1)}°`;
-export const length = (metres) => (Math.abs(metres) < 0.0995 ? `${(1000 * metres).toFixed(1)} mm` : `${metres.toFixed(2)} m`);
+export const length = (metres) => (Math.abs(metres) < 0.0995 ? `${(1000 * metres).toFixed(Math.abs(metres) < 0.00095 ? 2 : 1)} mm` : `${metres.toFixed(2)} m`);

@@ -45,6 +45,7 @@ async function receive(message) {
   if (message.error) toast(message.error, true);
   if (message.cleared) { clear(); refit(); }
   if (message.hello) greet(message.hello);
+  if (message.live) { byId('source').value = String(state.hello.bags.length); state.time = null; toast('The robot is live now.'); }
   if (message.status) showStatus(message.status);
   if (message.time !== undefined) { state.time = message.time; showClock(); }
   if (message.values) { await take(message.values); redraw(); }

@@ -115,6 +115,8 @@ function updateState() {
   chip.className = `chip ${level}`;
   chip.textContent = text;
   document.body.classList.toggle('down', !state.isOpen);
+  byId('waiting').hidden = state.time === null || !state.status.progress;
+  byId('waiting').textContent = `A recorded mission, until yours begins. ${state.status.progress ?? ''}`;
   byId('empty').hidden = isSeen || Boolean(state.grids.map);
   byId('progress').textContent = state.status.progress || 'Start ./shirube demo, or the nodes of your robot; this page shows them at once.';
 }
