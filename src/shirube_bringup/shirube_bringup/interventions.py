@@ -1,4 +1,4 @@
-"""What people do to the simulated robot from the live view: cover cameras, switch lamps off, carry it, stand in its way."""
+"""What people do to the simulated robot: cover cameras, switch lamps off, carry it, stand in its way."""
 
 from __future__ import annotations
 
