@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from shirube_bags.bag_reader import jazzy_types
-from shirube_ros.errors import ImageError
 from shirube_view.channels import Channel, Grid, Kind, jpeg, plain
 
 _LOG = logging.getLogger(__name__)
@@ -106,8 +105,8 @@ class Board:
             if version > seen.picture_version and name in seen.pictures:
                 try:
                     yield name, jpeg(jazzy_types().deserialize_cdr(raw, channel.type), channel.topic)
-                except ImageError as fault:
-                    _LOG.warning('%s', fault)
+                except Exception as fault:  # noqa: BLE001 as above
+                    _LOG.warning('%s: a picture cannot be shown: %s', channel.topic, fault)
 
     @property
     def version(self) -> int:
