@@ -71,20 +71,21 @@ class Page:
 
     async def update(self) -> None:
         """Send what is new."""
-        now = monotonic()
+        # A jump in the time line replaces it meanwhile.
+        now, seen = monotonic(), self.seen
         elapsed, self._advanced_at = now - self._advanced_at, now
         board, clock = self._live, ''
         if self.recording is not None:
             self.recording.advance(elapsed)
             board, clock = self.recording.board, f'"time":{self.recording.time:.3f},'
         board.update()
-        news = board.news(self.seen)
+        news = board.news(seen)
         pictures = []
         if now - self._pictures_at >= _PICTURE_PERIOD:
             self._pictures_at = now
-            pictures = await asyncio.to_thread(lambda: list(board.pictures(self.seen)))
-            self.seen.picture_version = board.version
-        self.seen.version = board.version
+            pictures = await asyncio.to_thread(lambda: list(board.pictures(seen)))
+            seen.picture_version = board.version
+        seen.version = board.version
         if news or clock:
             await self._send(f'{{{clock}"values":{{{news}}}}}')
         for name, picture in pictures:

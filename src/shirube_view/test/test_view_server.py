@@ -4,7 +4,6 @@ import asyncio
 import json
 import time
 from pathlib import Path
-from threading import Thread
 
 import aiohttp
 import numpy as np
@@ -12,9 +11,9 @@ import pytest
 from aiohttp.test_utils import TestClient, TestServer
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from node_testing import isolated_graph
-from rclpy.executors import SingleThreadedExecutor
 
 from shirube_view.bag_process import BagProcess
+from shirube_view.commands.view import start_spinning
 from shirube_view.view_node import ViewNode
 from shirube_view.view_server import ViewServer
 
@@ -30,9 +29,7 @@ class Robot:
             TwistStamped, 'cmd_vel_in', lambda m: self.velocities.append((time.monotonic(), m.twist)), 10
         )
         self.node.create_subscription(PoseStamped, 'goal_pose', self.goals.append, 10)
-        self.executor = SingleThreadedExecutor(context=context)
-        self.executor.add_node(self.node)
-        Thread(target=self.executor.spin, daemon=True).start()
+        start_spinning(self.node)
 
     async def until(self, is_true, timeout=10.0):
         end = time.monotonic() + timeout
@@ -46,8 +43,6 @@ def robot():
     with isolated_graph() as graph:
         robot = Robot(graph.context)
         yield robot
-        robot.executor.shutdown()
-        robot.node.destroy_node()
 
 
 def converse(robot, tmp_path, conversation, *tokens, bags=(), can_command=True):

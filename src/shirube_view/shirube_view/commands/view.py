@@ -12,7 +12,8 @@ from pathlib import Path
 from threading import Thread
 
 import rclpy
-from rclpy.executors import Executor, ExternalShutdownException
+from rclpy._rclpy_pybind11 import RCLError
+from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 
 from shirube_bags.bag_reader import check_is_bag
@@ -26,7 +27,7 @@ from shirube_view.bag_process import BagProcess
 from shirube_view.view_node import ViewNode
 from shirube_view.view_server import ViewServer
 
-_PORT = 8770
+_PORT, _WAIT_MAX = 8770, 0.2
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -56,10 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(options: argparse.Namespace) -> None:
     """Serve the page; the node spins in a thread of its own."""
-    node, executor = ViewNode(), node_executor()
-    executor.add_node(node)
-    spinning = Thread(target=_spin, args=(executor,), daemon=True)
-    spinning.start()
+    node = ViewNode()
+    spinning = start_spinning(node)
     tokens = () if is_loopback(options.host) else (new_token(), new_token())
     server = ViewServer(
         *(node, options.bags, BagProcess(Path.cwd()), tokens),
@@ -70,14 +69,24 @@ def run(options: argparse.Namespace) -> None:
         serve(server, options.host, options.port, partial(print_addresses, options.host, tokens))
     finally:
         node.stop()
-        executor.shutdown()
-        spinning.join(1.0)
-        node.destroy_node()
+        rclpy.try_shutdown()
+        spinning.join(2.0)
 
 
-def _spin(executor: Executor) -> None:
-    with suppress(ExternalShutdownException):
-        executor.spin()
+def start_spinning(node: ViewNode) -> Thread:
+    """Call the node's callbacks in a thread until its context is shut down."""
+
+    def spin() -> None:
+        # Made here: timers of an EventsExecutor fire only in the thread that made it.
+        executor = node_executor(node.context)
+        executor.add_node(node)
+        with suppress(ExternalShutdownException, RCLError):
+            while node.context.ok():
+                executor.spin_once(timeout_sec=_WAIT_MAX)
+
+    thread = Thread(target=spin, daemon=True)
+    thread.start()
+    return thread
 
 
 def print_addresses(host: str, tokens: Sequence[str], port: int) -> None:
