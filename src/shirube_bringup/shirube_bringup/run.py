@@ -79,8 +79,7 @@ def run_mission(
         launched: whether the nodes are started elsewhere, on the default domain; their parameter files are written.
         planner: one of `PLANNERS`.
         is_kidnapped: whether the robot is carried away at the first goal.
-        people: number of people who walk in the room.
-        domain: ROS domain of the nodes; None reserves a free one.
+        people, domain: number of people who walk in the room; ROS domain of the nodes, None for a free one.
 
     Raises:
         MissionError, ReplayError: a node did not start, or does not respond before the first step.
@@ -96,9 +95,8 @@ def run_mission(
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         received = MissionSubscribers(node)
-        steps = Simulator(
-            node, executor, controller, lock, sensors, worker, received, nodes.has_ended, walking
-        )
+        given = node, executor, controller, lock, sensors, worker, received
+        steps = Simulator(*given, nodes.has_ended, walking)
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
         parts = sensors, controller, received, steps, MissionRecord(seed), nodes
         mission = Mission(*parts, Stopwatch(nodes, worker), is_kidnapped)

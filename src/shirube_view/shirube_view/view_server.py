@@ -48,6 +48,7 @@ class Page:
         self.seen = Seen()
         self.recording: Recording | None = None
         self.is_waiting = False
+        self.lock = asyncio.Lock()  # a jump in the time line must not be disturbed by an update
         self._live, self._loop = live, asyncio.get_running_loop()
         self._counts: Counter[str] = Counter()
         self._pictures_at = self._advanced_at = monotonic()
@@ -71,7 +72,6 @@ class Page:
 
     async def update(self) -> None:
         """Send what is new."""
-        # A jump in the time line replaces it meanwhile.
         now, seen = monotonic(), self.seen
         elapsed, self._advanced_at = now - self._advanced_at, now
         board, clock = self._live, ''
@@ -179,7 +179,8 @@ class ViewServer:
                     page.is_waiting = False
                     await self._open(page, len(self._bags))
                     await page.socket.send_json({'live': True})
-                await page.update()
+                async with page.lock:
+                    await page.update()
                 await asyncio.sleep(_PERIOD)
 
     def _status(self, page: Page) -> dict[str, Any]:
@@ -235,8 +236,10 @@ class ViewServer:
         elif kind == 'speed':
             recording.speed = max(0.0, number(request, 'speed', _SPEED_MAX))
         elif kind == 'seek':
-            await asyncio.to_thread(recording.seek, number(request, 'time', _TIME_MAX))
-            await page.show(recording)
+            time = number(request, 'time', _TIME_MAX)
+            async with page.lock:
+                await asyncio.to_thread(recording.seek, time)
+                await page.show(recording)
         else:
             raise RequestError('this request is not known; reload the page')
         return ''
@@ -244,7 +247,8 @@ class ViewServer:
     async def _open(self, page: Page, index: int) -> None:
         """Show a bag, or what is live if the index is none."""
         bag = self._bags[index] if 0 <= index < len(self._bags) else None
-        await page.show(None if bag is None else await asyncio.to_thread(Recording, bag))
+        async with page.lock:
+            await page.show(None if bag is None else await asyncio.to_thread(Recording, bag))
         self._watch()
 
     async def _close(self, _: web.Application) -> None:
