@@ -72,7 +72,7 @@ class Commands:
             return 'emergency stop' if kind == 'stop' else 'emergency stop released'
         if kind == 'call':
             name = word(request, 'name', SERVICES)
-            node.run_soon(lambda: node.call(name, page.tell))
+            node.run_soon(lambda: node.call(name, page.report))
             return ''
         return self._recorder.toggle() if kind == 'record' else self._simulate(request)
 

@@ -53,7 +53,7 @@ class Page:
         self._counts: Counter[str] = Counter()
         self._pictures_at = self._advanced_at = monotonic()
 
-    def tell(self, text: str, is_done: bool) -> None:
+    def report(self, text: str, is_done: bool) -> None:
         """Send a line to the page, from any thread."""
         message = {'said' if is_done else 'error': text}
         asyncio.run_coroutine_threadsafe(self._send(json.dumps(message)), self._loop)
@@ -211,12 +211,12 @@ class ViewServer:
                 raise RequestError('a request must be a JSON object; reload the page')
             said = await self._do(page, request)
             if said:
-                page.tell(said, is_done=True)
+                page.report(said, is_done=True)
         except (RequestError, BagError, OSError) as fault:
-            page.tell(str(fault), is_done=False)
+            page.report(str(fault), is_done=False)
         except Exception:  # noqa: BLE001 as in a node's callbacks
             _LOG.exception('internal error while handling a request')
-            page.tell('internal error, see the log of view', is_done=False)
+            page.report('internal error, see the log of view', is_done=False)
 
     async def _do(self, page: Page, request: Mapping[str, Any]) -> str:
         kind, recording = request['do'], page.recording
