@@ -40,10 +40,9 @@ def demo(arguments: Sequence[str]) -> int:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     run_demo: Callable[..., int] = getattr(import_module(module), function)
-    if name == 'mission':
-        return run_demo(root, folder, options.planner or 'default')
-    build_workspace(root, sets)
-    return run_demo(root, folder)
+    if name != 'mission':  # which builds while its live view is open
+        build_workspace(root, sets)
+    return run_demo(root, folder, *([options.planner] if options.planner else []))
 
 
 def demo_mission(root: Path, folder: Path, planner: str = 'default') -> int:
