@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Lock
@@ -79,7 +79,8 @@ def run_mission(
         launched: whether the nodes are started elsewhere, on the default domain; their parameter files are written.
         planner: one of `PLANNERS`.
         is_kidnapped: whether the robot is carried away at the first goal.
-        people, domain: number of people who walk in the room; ROS domain of the nodes, None for a free one.
+        people: number of people who walk in the room.
+        domain: ROS domain of the nodes; None reserves a free one.
 
     Raises:
         MissionError, ReplayError: a node did not start, or does not respond before the first step.
@@ -103,8 +104,7 @@ def run_mission(
         ready, finished = _drive(mission, executor, log, began)
         if bag:
             log(f'recorded {bag.write()} messages in {bag.path}')
-    timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
-    return _make_outcome(mission, timing)
+    return _make_outcome(mission, began, ready, finished)
 
 
 def _drive(
@@ -120,7 +120,10 @@ def _drive(
     return ready, finished
 
 
-def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[str, Any], MissionTraces]:
+def _make_outcome(
+    mission: Mission, began: float, ready: float, finished: float
+) -> tuple[dict[str, Any], MissionTraces]:
+    timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
     subscribers, record, layout = mission.subscribers, mission.record, mission.sensors.layout
     fixes = {**subscribers.fixes, 'pose_arbiter': subscribers.fused}
     summary = record.summary(len(layout.goals), fixes, subscribers.commands, timing)
