@@ -1,7 +1,5 @@
 """What people do to the simulated robot: cover cameras, switch lamps off, carry it, stand in its way."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Sequence

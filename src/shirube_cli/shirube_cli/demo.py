@@ -12,7 +12,7 @@ from shirube_bringup.free_domain import free_domain
 from shirube_cli.child_process import child_process
 from shirube_cli.kernel_compiler import PROGRESS_FILE
 from shirube_cli.kernel_registry import DEMO_SETS, sets_of_packages
-from shirube_cli.project import CommandError, find_root, safe_environment
+from shirube_cli.project import CommandError, find_home, is_clone, safe_environment
 from shirube_cli.workspace import build_workspace, find_executable, overlay_environment
 
 # Loaded when asked for: the other commands start without matplotlib and ROS.
@@ -34,9 +34,9 @@ def demo(arguments: Sequence[str]) -> int:
         raise CommandError(f'there is no demo {name!r}; choose one of: {", ".join(DEMOS)}')
     if options.planner and name != 'mission':
         raise CommandError(f'--planner is an option of the mission; the demo {name!r} has no planner')
-    root = find_root()
+    root = find_home()
     module, function, sets = DEMOS[name]
-    folder = root / 'out' / 'demo'
+    folder = (root if is_clone(root) else Path.cwd()) / 'out' / 'demo'
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     run_demo: Callable[..., int] = getattr(import_module(module), function)
@@ -65,14 +65,10 @@ def demo_mission(root: Path, folder: Path, planner: str = 'default') -> int:
 
 def _run_mission(root: Path, folder: Path, planner: str, domain: int) -> int:
     bag = folder / 'bag'
-    command = [
-        sys.executable,
-        str(find_executable(root, 'shirube_bringup', 'room')),
-        str(folder),
-        *('--planner', planner, '--domain', str(domain), '--record', str(bag)),
-    ]
+    command = [*find_executable(root, 'shirube_bringup', 'room'), str(folder)]
+    command += ['--planner', planner, '--domain', str(domain), '--record', str(bag)]
     with child_process(command, overlay_environment(root), log=None) as process:
         code = process.wait()
     if bag.exists():
-        print(f'See it again: ./shirube view {bag.relative_to(root)}')
+        print(f'See it again: ./shirube view {bag}')
     return 1 if code else 0

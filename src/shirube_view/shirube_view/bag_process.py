@@ -1,7 +1,5 @@
 """Records a bag in a process of its own, so that a full disk or a slow codec never disturbs the page."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import sys

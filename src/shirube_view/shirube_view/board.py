@@ -1,7 +1,5 @@
 """The newest message of each channel, decoded only when a page asks."""
 
-from __future__ import annotations
-
 import json
 import logging
 from collections import Counter, deque

@@ -1,7 +1,5 @@
 """Dead man's switch: one page drives, and the robot stops when that page is silent."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable
 from threading import Lock
 

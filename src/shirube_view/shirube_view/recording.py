@@ -1,7 +1,5 @@
 """Plays a bag for one page, with a time line."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

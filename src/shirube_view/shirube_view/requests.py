@@ -1,7 +1,5 @@
 """Requests of pages: checked, then done."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

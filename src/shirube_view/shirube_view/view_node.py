@@ -1,7 +1,5 @@
 """The node of the view: subscribes while a page is open, publishes what pages command."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection
 from functools import partial
 from queue import Empty, SimpleQueue

@@ -1,7 +1,5 @@
 """Web server of the live page: static files and one WebSocket for each page."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import logging

@@ -1,7 +1,5 @@
 """Publishes the route and the lookahead point."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The main loop of a page's server."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import signal

@@ -1,7 +1,5 @@
 """``view``: the live page in the browser; watch, set goals, drive by hand, stop, replay a bag."""
 
-from __future__ import annotations
-
 import argparse
 import logging
 import sys
