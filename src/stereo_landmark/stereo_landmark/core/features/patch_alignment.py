@@ -1,4 +1,4 @@
-"""Aligns small patches of the taught left image with other images: subpixel positions of features (Lucas & Kanade 1981).
+"""Aligns small patches of the taught left image with other images, to a fraction of a pixel (Lucas & Kanade 1981).
 
 A patch moves by a known linear map, which the hypothetical pose predicts, and an unknown shift; gain and offset of its
 grey levels are free. All images are compared with the taught left one, so that all positions are of the same point.
@@ -23,6 +23,8 @@ MOTIONS = 6
 """A shift along two axes and four elements of a linear map."""
 SHEAR_STIFFNESS = 0.02
 """Weight of the predicted map against the grey levels."""
+SHIFT_STIFFNESS = 1e-6
+"""The same of the predicted position: enough for an invertible matrix."""
 SMOOTHING_SIGMA = 0.8
 """Smoothing before the interpolation between pixels [px]."""
 
@@ -103,8 +105,8 @@ def _align(
         normal = slopes.T @ slopes
         if normal[0, 0] * normal[1, 1] - normal[0, 1] ** 2 < 1e-3 * (normal[0, 0] + normal[1, 1]) ** 2:
             continue
-        for c in range(2, MOTIONS):
-            normal[c, c] += SHEAR_STIFFNESS
+        for c in range(MOTIONS):
+            normal[c, c] += SHEAR_STIFFNESS if c > 1 else SHIFT_STIFFNESS
         inverse = np.linalg.inv(normal)
         linear = maps[n]
         for _ in range(ITERATIONS_MAX):

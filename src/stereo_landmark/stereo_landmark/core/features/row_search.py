@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from stereo_landmark.core.arrays import Floats, Masks
+from stereo_landmark.core.arrays import Floats, Ints, Masks
 
 RADIUS = 5
 """Half the side of the compared squares [px]."""
@@ -16,31 +16,35 @@ BEST_WIDTH = 2
 """Disparities that far from the best one belong to it [px]."""
 
 
-def search_rows(left: Floats, right: Floats, pixels: Floats, nearest: Floats, farthest: Floats) -> tuple[Floats, Masks]:
-    """Return the disparities of features to a pixel, shape (n,), and which are unique, shape (n,).
+def search_rows(
+    left: Floats, right: Floats, pixels: Floats, limits: tuple[float, float]
+) -> tuple[Floats, Masks]:
+    """Return the disparities of features to a pixel, shape (n,) [px], and which of them are unique, shape (n,).
 
     Args:
         left: left image, shape (h, w).
         right: right image, shape (h, w).
         pixels: features in the left image, shape (n, 2) [px].
-        nearest: largest disparity, shape (n,) [px].
-        farthest: smallest disparity, shape (n,) [px].
+        limits: smallest and largest disparity [px].
     """
     disparities, unique = np.zeros(len(pixels)), np.zeros(len(pixels), dtype=np.bool_)
-    _search(left, right, np.rint(pixels).astype(np.int64), np.rint(nearest).astype(np.int64),
-            np.rint(farthest).astype(np.int64), disparities, unique)
+    low, high = (round(limit) for limit in limits)
+    _search(left, right, np.rint(pixels).astype(np.int64), low, high, disparities, unique)
     return disparities, unique
 
 
 @njit(cache=True, error_model='numpy')
-def _search(left, right, pixels, nearest, farthest, disparities, unique):  # type: ignore[no-untyped-def]
+def _search(
+    left: Floats, right: Floats, pixels: Ints, lowest: int, highest: int, disparities: Floats, unique: Masks
+) -> None:
+    """Write disparity and uniqueness of each feature."""
     side = 2 * RADIUS + 1
     patch = np.empty((side, side), np.float64)
     for n in range(len(pixels)):
         u, v = pixels[n]
         if not (RADIUS <= v < left.shape[0] - RADIUS and RADIUS <= u < left.shape[1] - RADIUS):
             continue
-        low, high = max(farthest[n], u + RADIUS + 1 - right.shape[1]), min(nearest[n], u - RADIUS)
+        low, high = max(lowest, u + RADIUS + 1 - right.shape[1]), min(highest, u - RADIUS)
         if high < low:
             continue
         for i in range(side):

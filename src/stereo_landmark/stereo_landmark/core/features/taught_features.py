@@ -1,26 +1,59 @@
-"""Features of a taught pair with their points in space."""
+"""Features of a taught pair with their points in space.
+
+They are computed from the stored pair of a place, so that a place needs no other file, and a place of any age has them.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
 
-from shirube_core.geometry import gravity_aligned_camera
+from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.features.image_features import ImageFeatures, detect_features
 from stereo_landmark.core.features.patch_alignment import align_patches, smooth
 from stereo_landmark.core.features.row_search import search_rows
-from stereo_landmark.core.stereo import StereoImages, StereoRig
+from stereo_landmark.core.stereo import (
+    MEASUREMENT_SIZE,
+    SpatialPoints,
+    StereoImages,
+    StereoPoints,
+    StereoRig,
+    add_calibration_noise,
+    triangulate,
+)
 
 DISPARITY_MIN = 1.5
 """Features farther away are left out [px]."""
 DEPTH_MIN = 0.3
-"""[m]."""
+"""Nearer features are left out [m]."""
 CORRELATION_MIN = 0.85
+"""Minimum correlation of a feature in both taught images."""
 ROW_DIFFERENCE_MAX = 1.5
-"""[px]."""
+"""Maximum row difference of a feature in both taught images [px]."""
+SEARCH_ERROR_MAX = 4.0
+"""Maximum distance of the aligned patch from the pixel found by the search in the row [px]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TaughtPair:
+    """A taught pair, from which features are computed when they are first needed.
+
+    Attributes:
+        images: images used for teaching.
+        rig: stereo cameras used for teaching.
+    """
+
+    images: StereoImages
+    rig: StereoRig
+
+    @cached_property
+    def features(self) -> TaughtFeatures:
+        """Features of the pair."""
+        return teach_features(self.images, self.rig)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,59 +63,60 @@ class TaughtFeatures:
     Attributes:
         features: features in the taught left image.
         template: smoothed taught left image, shape (h, w).
-        pixels: u, v left and u, v right, shape (n, 4) [px].
-        variances: variances of u and v right, shape (n, 2) [px²].
-        positions: points in the place's frame, shape (n, 3) [m].
-        camera_position: left camera at teaching in the place's frame, shape (3,) [m].
-        rig: cameras at teaching.
-        tilt: roll, pitch at teaching.
+        points: their points in the place's frame.
+        axes: derivatives of points in the plane of the image at their depth by the pixel, shape (n, 3, 2) [m/px].
     """
 
     features: ImageFeatures
     template: Floats
-    pixels: Floats
-    covariances: Floats
-    positions: Floats
-    rig: StereoRig
-    tilt: tuple[float, float]
+    points: SpatialPoints
+    axes: Floats
 
     def __len__(self) -> int:
-        return len(self.pixels)
+        return len(self.points)
 
 
 def teach_features(images: StereoImages, rig: StereoRig) -> TaughtFeatures:
     """Return the features that both images of a taught pair show."""
     found = detect_features(images.left)
     left, right = smooth(images.left), smooth(images.right)
+    count, offset, scale = len(found), rig.left.cx - rig.right.cx, rig.left.fx * rig.baseline
+    # The search in the row needs no subpixels: images of half the size suffice.
     half = [cv2.resize(each, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for each in (left, right)]
-    offset = rig.left.cx - rig.right.cx
-    scale = rig.left.fx * rig.baseline
-    count = len(found)
-    disparities, unique = search_rows(
-        half[0], half[1], 0.5 * found.pixels - 0.25,
-        np.full(count, 0.5 * (scale / DEPTH_MIN + offset)), np.full(count, 0.5 * offset),
+    disparities, is_unique = search_rows(
+        *(half[0], half[1], 0.5 * found.pixels - 0.25),
+        (0.5 * offset, 0.5 * (scale / DEPTH_MIN + offset)),
     )
     starts = found.pixels - np.column_stack([2.0 * disparities, np.zeros(count)])
     aligned = align_patches(left, found.pixels, right, starts, np.tile(np.eye(2), (count, 1, 1)))
-    disparity = found.pixels[:, 0] - aligned.pixels[:, 0] - offset
+    shifts = np.abs(aligned.pixels - starts)
     good = (
-        unique
+        is_unique
         & (aligned.correlations >= CORRELATION_MIN)
-        & (np.abs(aligned.pixels[:, 1] - found.pixels[:, 1]) <= ROW_DIFFERENCE_MAX)
-        & (np.abs(aligned.pixels[:, 0] - starts[:, 0]) <= 4.0)
-        & (disparity >= DISPARITY_MIN)
+        & (shifts[:, 0] <= SEARCH_ERROR_MAX)
+        & (shifts[:, 1] <= ROW_DIFFERENCE_MAX)
+        & (found.pixels[:, 0] - aligned.pixels[:, 0] - offset >= DISPARITY_MIN)
     )
-    z = scale / disparity[good]
     here = found.pixels[good]
-    v = 0.5 * (here[:, 1] + aligned.pixels[good, 1])
-    optical = np.column_stack([(here[:, 0] - rig.left.cx) / rig.left.fx * z, (v - rig.left.cy) / rig.left.fy * z, z])
+    covariances = np.zeros((len(here), MEASUREMENT_SIZE, MEASUREMENT_SIZE))
+    covariances[:, 2:, 2:] = aligned.covariances[good]
+    names = tuple(f'feature {k}' for k in range(len(here)))
+    seen = StereoPoints(names, np.hstack([here, aligned.pixels[good]]), covariances)
     camera = gravity_aligned_camera(rig.mount, *images.tilt)
+    optical = triangulate(add_calibration_noise(seen, PATCH_SIGMA), rig)
     return TaughtFeatures(
         ImageFeatures(here, found.descriptors[good]),
         left,
-        np.hstack([here, aligned.pixels[good]]),
-        aligned.covariances[good],
-        optical @ camera.rotation.T + camera.position,
-        rig,
-        images.tilt,
+        optical.transform(camera.rotation, camera.position),
+        _image_axes(optical, camera, rig),
     )
+
+
+PATCH_SIGMA = 0.05
+"""Position error of aligned patches besides noise, standard deviation [px]; it is scaled by the residuals of a pair."""
+
+
+def _image_axes(optical: SpatialPoints, camera: SE3, rig: StereoRig) -> Floats:
+    """Return the derivatives of points by the pixel in planes parallel to the image, shape (n, 3, 2) [m/px]."""
+    focal = np.array([rig.left.fx, rig.left.fy])
+    return np.asarray(optical.positions[:, 2, None, None] * camera.rotation[:, :2] / focal)
