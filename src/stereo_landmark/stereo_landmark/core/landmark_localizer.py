@@ -138,7 +138,8 @@ class LandmarkLocalizer:
             # Beyond this yaw, features find the pose faster than shapes.
             narrow = replace(search, yaw_max=min(search.yaw_max, SHAPES_YAW_MAX))
             self._searches = {
-                place.name: TargetSearch(place, narrow if place.name in self._views else search) for place in places
+                place.name: TargetSearch(place, narrow if place.name in self._views else search)
+                for place in places
             }
             sigma = self._place_settings.pixel_sigma
             self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
