@@ -100,7 +100,7 @@ def test_a_calibration_that_changes_is_checked_again(asked):
     robot = stream()
     add_pair(robot, 0.0)
     wider = replace(
-        CALIBRATIONS[1], projection=(*CALIBRATIONS[1].projection[:3], -72.0, *CALIBRATIONS[1].projection[4:])
+        CALIBRATIONS[1], projection=(*CALIBRATIONS[1].projection[:3], -99.0, *CALIBRATIONS[1].projection[4:])
     )
     with pytest.raises(StereoLandmarkError, match='place wall was taught with baseline'):
         add_pair(robot, 1.0, (CALIBRATIONS[0], wider))
