@@ -8,14 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-import cv2
 import numpy as np
 
 from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats
-from stereo_landmark.core.features.image_features import ImageFeatures, detect_features
+from stereo_landmark.core.features.image_features import SIMILARITY_MIN, ImageFeatures, detect_features
 from stereo_landmark.core.features.patch_alignment import align_patches, smooth
-from stereo_landmark.core.features.row_search import search_rows
 from stereo_landmark.core.stereo import (
     MEASUREMENT_SIZE,
     SpatialPoints,
@@ -81,18 +79,11 @@ def teach_features(images: StereoImages, rig: StereoRig) -> TaughtFeatures:
     found = detect_features(images.left)
     left, right = smooth(images.left), smooth(images.right)
     count, offset, scale = len(found), rig.left.cx - rig.right.cx, rig.left.fx * rig.baseline
-    # The search in the row needs no subpixels: images of half the size suffice.
-    half = [cv2.resize(each, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA) for each in (left, right)]
-    disparities, is_unique = search_rows(
-        *(half[0], half[1], 0.5 * found.pixels - 0.25),
-        (0.5 * offset, 0.5 * (scale / DEPTH_MIN + offset)),
-    )
-    starts = found.pixels - np.column_stack([2.0 * disparities, np.zeros(count)])
+    starts = _find_in_rows(found, detect_features(images.right), (offset, offset + scale / DEPTH_MIN))
     aligned = align_patches(left, found.pixels, right, starts, np.tile(np.eye(2), (count, 1, 1)))
     shifts = np.abs(aligned.pixels - starts)
     good = (
-        is_unique
-        & (aligned.correlations >= CORRELATION_MIN)
+        (aligned.correlations >= CORRELATION_MIN)
         & (shifts[:, 0] <= SEARCH_ERROR_MAX)
         & (shifts[:, 1] <= ROW_DIFFERENCE_MAX)
         & (found.pixels[:, 0] - aligned.pixels[:, 0] - offset >= DISPARITY_MIN)
@@ -114,6 +105,19 @@ def teach_features(images: StereoImages, rig: StereoRig) -> TaughtFeatures:
 
 PATCH_SIGMA = 0.05
 """Position error of aligned patches besides noise, standard deviation [px]; it is scaled by the residuals of a pair."""
+
+
+def _find_in_rows(left: ImageFeatures, right: ImageFeatures, disparities: tuple[float, float]) -> Floats:
+    """Return the pixel of the most similar right feature in the row of each left one, shape (n, 2); NaN without one."""
+    shifts, rows = np.moveaxis(left.pixels[:, None] - right.pixels[None], 2, 0)
+    in_row = (np.abs(rows) <= SEARCH_ERROR_MAX) & (shifts >= disparities[0]) & (shifts <= disparities[1])
+    similarity = np.where(in_row, left.descriptors @ right.descriptors.T, 0.0)
+    if not similarity.size:
+        return np.full_like(left.pixels, np.nan)
+    best, here = similarity.argmax(axis=1), np.arange(len(left))
+    is_mutual = (similarity.argmax(axis=0)[best] == here) & (similarity[here, best] >= SIMILARITY_MIN)
+    starts = np.column_stack([right.pixels[best, 0], left.pixels[:, 1]])
+    return np.where(is_mutual[:, None], starts, np.nan)
 
 
 def _image_axes(optical: SpatialPoints, camera: SE3, rig: StereoRig) -> Floats:

@@ -31,8 +31,8 @@ MEDIAN_SQUARE = 3.357
 """Median of the chi-square distribution of four degrees of freedom."""
 GROUP_MIN = 8
 """Minimum number of points that determine the noise of their group."""
-SCALE_MIN = 0.2
-"""Smallest ratio of the noise of a group to the stated one."""
+SCALES_MIN = 1.0, 0.2
+"""Smallest ratio of the noise of features and shapes to the stated one; errors of near features are alike."""
 FREE_TILT_SIGMA = 0.05
 """Prior of roll and pitch with features, which determine both [rad]."""
 
@@ -95,9 +95,10 @@ def fit_jointly(
     state = np.concatenate([start, np.zeros(BIASES)])
     for _ in range(ITERATIONS_MAX):
         residuals, jacobian, whitened = _linearize(points, rig, state, noise)
-        distances = np.linalg.norm(whitened, axis=1) / _noise_scales(whitened, points.is_feature)
+        scales = _noise_scales(whitened, points.is_feature)
+        distances = np.linalg.norm(whitened, axis=1) / scales
         weights = np.where(distances < GATE, 1.0 / (1.0 + (distances / CAUCHY_THRESHOLD) ** 2), 0.0)
-        weights /= _noise_scales(whitened, points.is_feature) ** 2
+        weights /= scales**2
         information = np.einsum('n,nij,nik->jk', weights, jacobian, jacobian, optimize=True) + np.diag(prior)
         gradient = np.einsum('n,nij,ni->j', weights, jacobian, whitened, optimize=True)
         covariance = covariance_from_information(information, DETERMINANT_MIN)
@@ -116,9 +117,9 @@ def _noise_scales(whitened: Floats, is_feature: Masks) -> Floats:
     """Return the ratio of the noise of the group of each point to the stated one, shape (n,)."""
     squares = np.sum(whitened**2, axis=1)
     scales = np.ones(len(squares))
-    for group in (is_feature, ~is_feature):
+    for group, least in zip((is_feature, ~is_feature), SCALES_MIN, strict=True):
         if group.sum() >= GROUP_MIN:
-            scales[group] = max(np.sqrt(np.median(squares[group]) / MEDIAN_SQUARE), SCALE_MIN)
+            scales[group] = max(np.sqrt(np.median(squares[group]) / MEDIAN_SQUARE), least)
     return scales
 
 
