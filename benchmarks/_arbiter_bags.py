@@ -1,7 +1,5 @@
 """Poses of the localizers on the recorded bags, with odometry and ground truth."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

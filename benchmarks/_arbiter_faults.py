@@ -1,7 +1,5 @@
 """Simulated drives with one faulty source, and the number of wrong poses of the arbiter."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A recorded drive through the arbiter, as its node would see it, and through gtsam's smoother, a second opinion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One encounter through the live node collision_monitor, in real time, in a process of its own."""
 
-from __future__ import annotations
-
 from time import monotonic
 
 import numpy as np

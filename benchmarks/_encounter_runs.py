@@ -1,7 +1,5 @@
 """One encounter with the pure collision monitor, or without it, in simulated time."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Seeded encounters of a robot with people, and, from geometry alone, which contacts a stop would have prevented."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

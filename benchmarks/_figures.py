@@ -1,7 +1,5 @@
 """What a benchmark measures: figures with their standard errors, and when two of them differ."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Sequence

@@ -4,8 +4,6 @@ Half of the corridors have even gaps, half of them have nothing but the meters o
 sheet of paper hides one meter. Needles differ in every view.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Photographs of a simulated floor at places all over it, with the localizer that knows the floor's map."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """What makes a picture of the floor hard: light, dirt, motion, other chips, compression, cameras."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace

@@ -11,8 +11,6 @@ A benchmark is a program whose ``main(run, ...)`` fills tables::
         run_benchmark(main, views=Option(400, 20, 'of each condition'))
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import resource

@@ -4,8 +4,6 @@ Lamps of 6.5 cm at 2.5 m, 1280 x 1024 pixels, f 636.4 px. All lamps play their I
 drives off, A begins to send slow and turn, B turn and speed up, as rules of their zones.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Drives of half a minute under the lamps, with odometry that is off."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

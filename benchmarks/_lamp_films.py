@@ -1,7 +1,5 @@
 """Films of the room whose four lamps speak, as a camera on a slow robot takes them, and the receiver for them."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """What finds lamps, and markers in their places, in rendered images, and the position that follows from it."""
 
-from __future__ import annotations
-
 from typing import NamedTuple, Protocol
 
 import numpy as np

@@ -3,8 +3,6 @@
 They are as bright over black as the lamps over the ceiling, which needs light in the room; lamps bring their own.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Ways from the lamps of a view to a position, each with the same arguments."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Images of discs by supersampling, for a camera that looks straight up."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """The paper's room: four lamps under the ceiling of 7 x 6 m, its camera, and the Cramér-Rao bound of its poses."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

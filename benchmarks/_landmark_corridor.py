@@ -1,7 +1,5 @@
 """A corridor that is taught by its truth: primitives where its landmarks are, as an engineer would choose them."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """A panel on a wall, or a printed tag of its size in its place, seen by a robot that comes back."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

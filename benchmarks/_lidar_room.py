@@ -1,7 +1,5 @@
 """The paper's room with furniture in it, for a lidar that sees it and a camera that looks past it to the lamps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

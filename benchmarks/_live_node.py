@@ -1,7 +1,5 @@
 """A node in a process of its own, for benchmarks that play its robot."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

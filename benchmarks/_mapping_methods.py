@@ -1,7 +1,5 @@
 """Ways to keep a map over many frames, by what they hold occupied in the end."""
 
-from __future__ import annotations
-
 from typing import Any, Protocol
 
 import numpy as np

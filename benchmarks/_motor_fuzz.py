@@ -1,7 +1,5 @@
 """A drive over a line that corrupts replies and commands, in memory and simulated time."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The bridge on pseudo-terminals in real time: disconnected, killed, suspended; and its latency to the wire."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The matchers that the paper's tables compare, behind one signature: pixels in, pose or reason out."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import NamedTuple

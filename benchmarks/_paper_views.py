@@ -11,8 +11,6 @@ A floor of 1800 x 9450 mm with 91 582 dots, uniformly random; a camera of 235 x 
   over the border.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

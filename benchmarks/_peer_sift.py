@@ -5,8 +5,6 @@ a gigabyte of descriptors. Chips are missing and added as in the views of dots; 
 picture has none, and neither the camera's height nor tilt is off.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -5,8 +5,6 @@ given (to one per cent, as the strip is not quite flat) and tilt is none: the so
 database is built for this field and density.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 import tempfile

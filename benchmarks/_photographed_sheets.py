@@ -7,8 +7,6 @@ all 120 sheets and four turns, and every sheet followed from image to image by i
 corners are seen and 15 dots or more are uncovered; compared with the eye in 25 frames: no difference.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Poses against the truth: right, none or wrong, times, and errors measured in their own standard deviations."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """The room of EuRoC V1_01: two raw stereo pairs with their calibration, and the truth of both moments."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """What benchmarks found: JSON files, comparison with the kept result, tables of the Markdown pages."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

@@ -1,7 +1,5 @@
 """The recorded drive through a room: its bag, its replay through the mapper, and the map against the truth."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

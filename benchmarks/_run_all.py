@@ -1,7 +1,5 @@
 """All benchmarks one after the other, or the tables of the pages: `./shirube bench --all [--quick]`, `--tables`."""
 
-from __future__ import annotations
-
 import argparse
 import subprocess
 import sys

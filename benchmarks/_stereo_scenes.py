@@ -1,7 +1,5 @@
 """The cameras of the rendered stereo benchmarks, what they see, and where the robot comes back to."""
 
-from __future__ import annotations
-
 import numpy as np
 from _stereo_peers import product_rig
 from numpy.typing import NDArray

@@ -6,8 +6,6 @@ border. Of these sixteen are drawn at random, their middles at least 25 px apart
 remark is drawn again.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from _real_pairs import Moment
 from numpy.typing import NDArray

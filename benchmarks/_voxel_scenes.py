@@ -1,7 +1,5 @@
 """A furnished room, a depth camera in it, and the drive on which voxels are measured."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -3,8 +3,6 @@
 That late and shuffled messages change nothing, and bad ones neither, is tested (`pose_arbiter/test`).
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

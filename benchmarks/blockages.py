@@ -5,8 +5,6 @@ The robot drives up to somebody who stands in its corridor, and waits; who stood
 the planner finds a route past the place; kept cells are occupied ones where nothing is. There is no recovery here.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from contextlib import suppress

@@ -4,8 +4,6 @@ The map is a square hall with walls across, whose doors are at alternate ends: t
 robot drives towards the opposite corner.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from pathlib import Path

@@ -4,8 +4,6 @@ So the paper explains its missing dots (3.2.2): small chips are on the map, but 
 from the image. Rendered images of chips of 1 to 3 mm through the detector; rates are relative to the chips in view.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

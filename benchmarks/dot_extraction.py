@@ -4,8 +4,6 @@ Recall, precision, centroid error and time of both detectors, for one condition 
 both detectors in turn on each image.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial

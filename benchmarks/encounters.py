@@ -3,8 +3,6 @@
 `--live 40` drives encounters through the live node in real time.
 """
 
-from __future__ import annotations
-
 import os
 from collections import Counter
 from functools import partial

@@ -3,8 +3,6 @@
 Rendered repeat views; which of them can be decided follows from the truth alone (`_five_views`).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field

@@ -8,8 +8,6 @@ cache. Times to build and to a fix are processor time, in units of the first hal
 10^8 dots take 25 GB of disk while they are indexed, and an hour; a map that is there is used again.
 """
 
-from __future__ import annotations
-
 import math
 import subprocess
 import sys

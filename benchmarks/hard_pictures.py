@@ -7,8 +7,6 @@ on the surveyed map of the demo's floor (or of one with fewer, larger or paler c
 degrees, exact within 0.5 mm.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace

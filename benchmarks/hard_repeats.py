@@ -4,8 +4,6 @@ Corridors are taught once; peers are ORB and SIFT with stereo and PnP, taught wi
 and 1.5 degrees.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -4,8 +4,6 @@ A rule must be read between the lamp's appearance, 2 m ahead, and the lamp: in t
 and all that the lamp sends follows. This gives the speed at which every drive obeys; faster ones obey by chance.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ Four kinds of light and a camera that moves: what is found, and how far centres 
 least squares, and the Cramér-Rao bound, are the matter of `lamp_pose`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

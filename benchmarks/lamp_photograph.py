@@ -4,8 +4,6 @@ The lamps are Luxapose's (SHIRUBE_DATA, ``vlc_luxapose/``, ``vlc_luxapose_more/`
 tones of 2 to 5 kHz, known places. The people and rooms are any pictures in ``people_rooms/``, and the stereo pairs.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import cached_property

@@ -3,8 +3,6 @@
 Rendered images are the matter of `lamp_images`, times of `lamp_speed`.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

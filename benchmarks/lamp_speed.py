@@ -5,8 +5,6 @@ packets, pose, commands), and in turn OpenCV looks for ArUco markers in it and i
 lamps' places. Process time of one process on one core, without the first images, which compile.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

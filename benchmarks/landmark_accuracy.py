@@ -4,8 +4,6 @@ A panel of 0.8 m with six fields is taught from one pair and looked for from pos
 replaces it in the same views.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from collections.abc import Iterator

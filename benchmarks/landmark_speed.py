@@ -5,8 +5,6 @@ corridors. In turn with the whole localizer, ORB and SIFT are detected in both i
 process on one core.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple

@@ -7,8 +7,6 @@ elsewhere. Lamps that furniture does not hide are found in rendered images of th
 an IMU measures the tilt to 0.1 degrees.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -4,8 +4,6 @@ Logs and figures stay in a folder, written as each mission ends: what was interr
 drives only the missions that have no figures there.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import sys

@@ -4,8 +4,6 @@ Replies and commands corrupted in memory; then on pseudo-terminals, in real time
 cmd_vel to the wire, a bridge that is killed while it drives, and a controller that is held and let go.
 """
 
-from __future__ import annotations
-
 from _figures import count, error, measured, rate
 from _harness import Option, Run, run_benchmark
 from _motor_fuzz import FuzzedDrive

@@ -5,8 +5,6 @@ and global map. Then it moves to one of the eight cells around it by the rewards
 goal (step 3). A false cell is occupied, but nothing solid is there or in the cells around it.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 The pole star, the paper's own method without the suite's acceptance, is run at every twentieth place.
 """
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator

@@ -7,8 +7,6 @@ exact, so that the noise of the centroids is all there is, or surveyed to 0.05 m
 The paper's experiment (3.2.1): a camera that a linear actuator moves 50 times by 12 mm, located at 51 places.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

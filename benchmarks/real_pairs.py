@@ -1,7 +1,5 @@
 """Taught on one real stereo pair (EuRoC V1_01), repeated on another, both ways; ORB and SIFT beside it."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 

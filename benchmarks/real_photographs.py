@@ -6,8 +6,6 @@ scale, brightness, light and noise, and located in the map that the detector mak
 ambientCG, CC0).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -5,8 +5,6 @@ node's defaults. Precision is the share of the occupied cells that are solid, re
 were seen and are occupied; each with a tolerance of 0, 1 and 2 cells of 5 cm. Times are CPU time on one core.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import cv2

@@ -7,8 +7,6 @@ Costs: maps of larger structures, 5 cm a cell, with the node's defaults. The gap
 obstacles minus the least one that is allowed.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Callable
 from typing import Any

@@ -5,8 +5,6 @@ its true pose, as by a perfect search: on the whole floor, with a camera whose h
 paper's), and with a rough area of 0.3 m and 0.5 rad around the pose. A pose is accepted below 10^-3.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from dataclasses import replace

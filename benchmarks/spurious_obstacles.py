@@ -6,8 +6,6 @@ walls in any case). It had free rays if a clean frame's rays passed one of its f
 occupied in the run without phantoms. Settings are the defaults, which `voxel_speed` uses too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ overlap by 20 %; the core of `build_map` makes the map, with its scale from one 
 An interrupted survey resumes.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import resource

@@ -10,8 +10,6 @@ time. Times are processor time on one core, from centroids to the pose.
 - SIFT: FLANN and a vote on pictures of a patch of an eighth of the area; extraction is not counted.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple

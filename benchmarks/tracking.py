@@ -5,8 +5,6 @@ images are made before the clock runs; the times are of `FloorTracker.track` (or
 CPU time of this process, which is let onto one core only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import NamedTuple

@@ -4,8 +4,6 @@ MovingAI's arena (SHIRUBE_DATA, ``planner/arena.map``) and made-up maps as large
 of sight and takes what it does not know for free. After 20 times the shortest route a drive has failed.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

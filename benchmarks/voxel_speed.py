@@ -4,8 +4,6 @@ All methods get the same 272 000 points and run in a new random order in each ro
 settings are the defaults, which `spurious_obstacles` uses too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 

@@ -5,8 +5,6 @@ that the tracker allows it while images keep coming; ``--effort 1`` takes all th
 does for a single image, some twenty times as long.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from functools import cache
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Writes docs/papers.md from docs/papers/*.yaml: `python docs/write_papers.py`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any

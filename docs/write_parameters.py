@@ -1,7 +1,5 @@
 """Writes docs/parameters.md from the settings of the nodes: `python docs/write_parameters.py`."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

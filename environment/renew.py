@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = [] if parser.parse_args(arguments).keep else ['--upgrade']
     project = tomllib.loads((ENVIRONMENT.parent / 'pyproject.toml').read_text())['project']
     extras = project['optional-dependencies']
-    runtime = project['dependencies']
+    runtime = [*project['dependencies'], *extras['workspace']]
     development = [*runtime, *extras['cluster'], *extras['test'], *extras['check'], *extras['bench']]
     needed = compile_lock(runtime, 'runtime', '3.11', options)
     write_lock('runtime', needed)

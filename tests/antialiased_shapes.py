@@ -1,7 +1,5 @@
 """Shapes of known place, sampled as a camera does: blurred, and averaged over the square of each pixel."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

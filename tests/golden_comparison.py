@@ -1,7 +1,5 @@
 """Tolerances between the result of a run and its golden file."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -3,8 +3,6 @@
 Nothing here names an internal of a node, so that a change of the code that keeps its behaviour keeps these results.
 """
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Synthetic grid maps for planners: rooms, mazes, warehouses, random fields. True is a wall."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

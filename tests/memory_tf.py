@@ -1,7 +1,5 @@
 """Stands for tf2_ros and tf2_msgs, which have no wheels: transforms in memory, and publishers that only record."""
 
-from __future__ import annotations
-
 import sys
 from types import ModuleType, SimpleNamespace
 from typing import Any

@@ -1,7 +1,5 @@
 """Grid worlds from files: maps of the MovingAI benchmarks (movingai.com, Sturtevant 2012)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Nodes within the process of a test: an isolated ROS graph, main functions that fail to start, bags for them."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -4,8 +4,6 @@
 interrupted or ended; start with a clean work tree. Compiling the changed kernels takes most of the time.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import signal

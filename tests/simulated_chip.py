@@ -1,7 +1,5 @@
 """Builds a firmware, runs it in simavr and communicates over its serial line."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

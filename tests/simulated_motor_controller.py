@@ -1,7 +1,5 @@
 """The firmware of the motor controller in simavr, with two motors and their encoders."""
 
-from __future__ import annotations
-
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A simulated robot that follows velocity commands within its acceleration limits."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from dataclasses import dataclass

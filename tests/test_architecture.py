@@ -30,6 +30,7 @@ PURE = (
     'pose_arbiter/pose_arbiter/core',
     'reward_planner/reward_planner/core',
     'scene_simulator',
+    'shirube_camera/shirube_camera/core',
     'shirube_core/shirube_core/geometry',
     'shirube_core/shirube_core/motion',
     'shirube_core/shirube_core/settings',
@@ -196,7 +197,7 @@ def test_package_has_the_form_of_an_ament_python_package(package: str) -> None:
     assert declared(package, 'build_type') == ['ament_python']
     assert (folder / 'resource' / package).is_file()
     assert f'lib/{package}' in (folder / 'setup.cfg').read_text()
-    assert f"NAME = '{package}'" in (folder / 'setup.py').read_text()
+    assert f'name = {package}' in (folder / 'setup.cfg').read_text()
     assert sorted(folder.glob('test/test_*.py'))
     assert (folder / package / 'py.typed').is_file() or not (folder / package).exists()
 

@@ -1,7 +1,5 @@
 """The committed bags are small and match the current scenes and drives of the simulator."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

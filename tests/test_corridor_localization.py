@@ -1,7 +1,5 @@
 """A place taught from one recorded drive is found on the others; images of other cameras are rejected."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

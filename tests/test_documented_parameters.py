@@ -42,7 +42,7 @@ def test_the_page_of_parameters_is_up_to_date() -> None:
 @tunable('rpy')
 @dataclass(frozen=True)
 class Mounted:
-    rpy: tuple[float, float, float] = setting((math.pi, 0.0, -math.pi / 2), 'how it is turned', unit='rad')
+    rpy: tuple[float, float, float] = setting((math.pi, 0.0, -math.pi / 2), 'how it is turned', 'rad')
     mode: str = setting('a', 'either a|b', choices=('a', 'b'))
 
 

@@ -1,7 +1,5 @@
 """The poses and the odometry of a recorded drive through the arbiter: better than its source, and through an outage."""
 
-from __future__ import annotations
-
 import random
 from pathlib import Path
 

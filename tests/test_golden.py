@@ -3,8 +3,6 @@
 `./shirube test --renew-goldens` writes the results anew; the reason for it goes into the changelog.
 """
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -4,10 +4,10 @@
 here never change without a line in the changelog.
 """
 
-from __future__ import annotations
-
 import json
+import tomllib
 from collections.abc import Callable
+from configparser import ConfigParser
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from motor_bridge.node import MotorBridgeNode
 from pose_arbiter.node import PoseArbiterNode
 from reward_planner.collision_monitor_node import CollisionMonitorNode
 from reward_planner.node import RewardPlannerNode
+from shirube_camera.node import CameraNode
 from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.node import StereoLandmarkNode
 from vlc_beacon.node import VlcBeaconNode
@@ -31,6 +32,7 @@ pytestmark = [pytest.mark.quick, pytest.mark.newest_set_only, pytest.mark.timeou
 ROOT = Path(__file__).resolve().parents[1]
 GOLDEN = Path(__file__).parent / 'goldens' / 'interface.json'
 NODES: dict[str, tuple[Callable[..., Node], dict[str, object]]] = {
+    'camera': (CameraNode, {'device': '/dev/nonexistent'}),
     'collision_monitor': (CollisionMonitorNode, {}),
     'floor_localizer': (FloorLocalizerNode, {}),
     'stereo_landmark': (StereoLandmarkNode, {}),
@@ -45,6 +47,7 @@ LEFT = 'left/image_rect sensor_msgs/Image left/camera_info sensor_msgs/CameraInf
 ODOMETRY = 'odom nav_msgs/Odometry'
 INITIAL_POSE = 'initialpose geometry_msgs/PoseWithCovarianceStamped'
 SUBSCRIBES = {
+    'camera': '',
     'collision_monitor': 'cmd_vel_in geometry_msgs/TwistStamped points sensor_msgs/PointCloud2 odom nav_msgs/Odometry',
     'floor_localizer': f'{IMAGES} {ODOMETRY} {INITIAL_POSE}',
     'stereo_landmark': f'{LEFT} {LEFT.replace("left", "right")} imu sensor_msgs/Imu',
@@ -55,6 +58,7 @@ SUBSCRIBES = {
     'motor_bridge': 'cmd_vel geometry_msgs/TwistStamped estop std_msgs/Bool',
 }
 PUBLISHES = {
+    'camera': f'{IMAGES} image_raw/compressed sensor_msgs/CompressedImage',
     'collision_monitor': 'cmd_vel geometry_msgs/TwistStamped ~/state std_msgs/String'
     ' ~/stop_zone geometry_msgs/PolygonStamped ~/slow_down_zone geometry_msgs/PolygonStamped',
     'floor_localizer': f'{POSES} ~/dots visualization_msgs/MarkerArray',
@@ -67,6 +71,7 @@ PUBLISHES = {
     'motor_bridge': 'odom nav_msgs/Odometry joint_states sensor_msgs/JointState',
 }
 SERVICES = {
+    'camera': '',
     'collision_monitor': '',
     'floor_localizer': '~/relocalize',
     'stereo_landmark': '~/relocalize',
@@ -77,6 +82,7 @@ SERVICES = {
 }
 CAMERA = 'camera_xyz camera_rpy map_frame base_frame image_transport'
 PARAMETERS = {
+    'camera': 'device width height rate exposure_time gain focus loop split calibration_file',
     'collision_monitor': 'sources stamped base_frame footprint robot_radius deceleration latency exclusion_zones',
     'floor_localizer': f'{CAMERA} map_file match_rate_min',
     'stereo_landmark': f'{CAMERA} places_dir rectify approximate_sync approximate_sync_tolerance_seconds queue_size',
@@ -95,6 +101,7 @@ EXECUTABLES = {
     'pose_arbiter': 'node',
     'motor_bridge': 'node calibrate firmware_emulator',
     'shirube_bags': 'play record check',
+    'shirube_camera': 'camera calibrate',
 }
 
 
@@ -169,20 +176,26 @@ def topics_in(text: str) -> dict[str, str]:
 
 
 @pytest.mark.parametrize('package', EXECUTABLES)
-def test_the_promised_executables_start_something(package: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    scripts = entry_points(ROOT / 'src' / package, monkeypatch)
+def test_the_promised_executables_start_something(package: str) -> None:
+    scripts = entry_points(ROOT / 'src' / package)
     assert set(EXECUTABLES[package].split()) <= scripts.keys()
     for name, target in scripts.items():
         assert callable(EntryPoint(name, target, 'console_scripts').load())
         assert name != 'node' or target == f'shirube_ros.start:{package}'
 
 
-def entry_points(folder: Path, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """Return the executables of a package by name, as its setup.py hands them to setuptools."""
-    import setuptools  # noqa: PLC0415
+def entry_points(folder: Path) -> dict[str, str]:
+    """Return the executables of a package by name, as its setup.cfg names them."""
+    config = ConfigParser()
+    config.read(folder / 'setup.cfg')
+    scripts = config.get('options.entry_points', 'console_scripts', fallback='').strip()
+    return dict(script.split(' = ') for script in scripts.split('\n') if script)
 
-    given: dict[str, Any] = {}
-    monkeypatch.chdir(folder)
-    monkeypatch.setattr(setuptools, 'setup', lambda **options: given.update(options))
-    exec(compile((folder / 'setup.py').read_text(), 'setup.py', 'exec'), {'__name__': 'setup'})
-    return dict(script.split(' = ') for script in given['entry_points']['console_scripts'])
+
+def test_pip_users_get_the_executables_of_all_packages() -> None:
+    project = tomllib.loads((ROOT / 'pyproject.toml').read_text())['project']
+    packages = {path.parent for path in ROOT.glob('src/*/setup.cfg')}
+    expected = {
+        f'{one.name}.{name}': target for one in packages for name, target in entry_points(one).items()
+    }
+    assert project['entry-points']['shirube.executables'] == expected

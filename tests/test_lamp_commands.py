@@ -1,7 +1,5 @@
 """The paper's run (3.3, figure 4) in closed loop at its scale: commands reach the moving robot and steer it."""
 
-from __future__ import annotations
-
 import math
 from types import ModuleType
 from typing import Any

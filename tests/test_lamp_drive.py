@@ -1,7 +1,5 @@
 """The recorded drive under lamps decodes as documented: IDs, commands and poses; a survey finds its lamps."""
 
-from __future__ import annotations
-
 import json
 import math
 import shutil

@@ -1,7 +1,5 @@
 """Coded lamps in real photographs of a telephone, with known geometry, among other lights."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import replace
 from pathlib import Path

@@ -33,12 +33,12 @@ def test_every_dependency_is_locked_as_it_is_asked_for() -> None:
     project = tomllib.loads((ROOT / 'pyproject.toml').read_text())['project']
     extras = project['optional-dependencies']
     runtime = set(locked_versions('runtime'))
-    assert format_names(project['dependencies']) <= runtime
+    assert format_names([*project['dependencies'], *extras['workspace']]) <= runtime
     development = format_names([*extras['cluster'], *extras['test'], *extras['check'], *extras['bench']])
     assert development <= runtime | set(locked_versions('dev'))
     assert not runtime & set(locked_versions('dev'))
     oldest = locked_versions('oldest')
-    assert format_names([*project['dependencies'], *extras['test']]) <= set(oldest)
+    assert format_names([*project['dependencies'], *extras['workspace'], *extras['test']]) <= set(oldest)
     assert {f'{name}=={oldest[name]}' for name in format_names(extras['oldest'])} == set(extras['oldest'])
     assert locked_versions('installer')['setuptools'] == locked_versions('runtime')['setuptools']
 

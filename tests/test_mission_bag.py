@@ -1,7 +1,5 @@
 """The recorded mission through the arbiter, alone and as a live node: no worse than when it was recorded."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The recorded images of the mission through the localizers: each gives the pose or reports why not."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """All nodes answer the same for the same odometry: between two messages, and a little beyond the last one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

@@ -4,8 +4,6 @@ Kernels need this most: machine code that the newest set made runs on the oldest
 would have failed.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The page of the papers: up to date, and its mutations are applicable. `run_mutations.py` makes them."""
 
-from __future__ import annotations
-
 import ast
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The recorded drive through a room matches the simulator, and its map matches the room."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType

@@ -1,7 +1,5 @@
 """`ros2 run` itself, where a ROS installation is found."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 

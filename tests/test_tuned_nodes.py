@@ -1,7 +1,5 @@
 """A node whose parameters are changed at run time gives the same results as one that is started with them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Two robots in one graph drive to a goal each: processes of the nodes, and emulated motor controllers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field

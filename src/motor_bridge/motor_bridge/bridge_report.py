@@ -1,7 +1,5 @@
 """Diagnostic status of the node."""
 
-from __future__ import annotations
-
 from motor_bridge.core.encoder_monitor import CountStatus
 from motor_bridge.link.controller_session import ControllerSession
 from shirube_ros.diagnostics import Level, Status

@@ -1,7 +1,5 @@
 """Subscriptions to velocity commands: twists or wheel speeds, on one topic or on several with priorities."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

@@ -1,7 +1,5 @@
 """Keeps the emergency stop over a restart of the node: a file that exists while it is active."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The ROS node: velocity commands in, odometry out."""
 
-from __future__ import annotations
-
 import sys
 from functools import partial
 from time import monotonic

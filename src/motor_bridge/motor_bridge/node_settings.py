@@ -1,7 +1,5 @@
 """Parameters of the node; those of wheels and limits are settings of the core."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from shirube_core.settings import setting
@@ -12,28 +10,19 @@ class NodeSettings:
     """Serial port, topics, frames and gains."""
 
     port: str = setting('/dev/ttyUSB0', 'serial port of the motor controller')
-    baud: int = setting(57600, 'baud rate of the serial port', unit='baud', minimum=1200, maximum=4_000_000)
+    baud: int = setting(57600, 'baud rate of the serial port', 'baud', (1200, 4_000_000))
     reply_timeout: float = setting(
-        0.2,
-        'timeout of a reply of the controller; always wall-clock time',
-        unit='s',
-        minimum=0.005,
-        maximum=1.0,
+        0.2, 'timeout of a reply of the controller; always wall-clock time', 's', (0.005, 1.0)
     )
     short_auto_stop: float = setting(
         0.25,
         'auto-stop that is set in a controller that accepts it (firmware/motor_controller); longer on lines with '
         'latency, and at least three periods of update_rate',
-        unit='s',
-        minimum=0.2,
-        maximum=2.0,
+        's',
+        (0.2, 2.0),
     )
     update_rate: float = setting(
-        30.0,
-        'rate of sending speeds, reading encoders and publishing odometry',
-        unit='Hz',
-        minimum=5.0,
-        maximum=200.0,
+        30.0, 'rate of sending speeds, reading encoders and publishing odometry', 'Hz', (5.0, 200.0)
     )
     stamped: bool = setting(True, 'whether cmd_vel is TwistStamped; otherwise it is Twist')
     command_type: str = setting(
@@ -47,11 +36,7 @@ class NodeSettings:
         'cmd_vel_timeout drives; empty: cmd_vel or joint_commands alone',
     )
     estop_heartbeat: float = setting(
-        0.0,
-        'without estop messages for so long the robot stops; 0: never',
-        unit='s',
-        minimum=0.0,
-        maximum=10.0,
+        0.0, 'without estop messages for so long the robot stops; 0: never', 's', (0.0, 10.0)
     )
     keep_estop: bool = setting(True, 'whether an emergency stop outlives a restart, until false is received')
     state_dir: str = setting('', 'folder of the file for that; empty: $ROS_HOME/shirube or ~/.ros/shirube')
@@ -63,13 +48,11 @@ class NodeSettings:
     left_wheel_joint: str = setting('left_wheel_joint', 'name of the left wheel in joint_states')
     right_wheel_joint: str = setting('right_wheel_joint', 'name of the right wheel in joint_states')
     gain_proportional: int = setting(
-        20, "proportional gain of the firmware's speed control", minimum=0, maximum=1000
+        20, "proportional gain of the firmware's speed control", limits=(0, 1000)
     )
-    gain_derivative: int = setting(
-        12, "derivative gain of the firmware's speed control", minimum=0, maximum=1000
-    )
-    gain_integral: int = setting(0, "integral gain of the firmware's speed control", minimum=0, maximum=1000)
-    gain_divisor: int = setting(50, "divisor of the firmware's speed control output", minimum=1, maximum=1000)
+    gain_derivative: int = setting(12, "derivative gain of the firmware's speed control", limits=(0, 1000))
+    gain_integral: int = setting(0, "integral gain of the firmware's speed control", limits=(0, 1000))
+    gain_divisor: int = setting(50, "divisor of the firmware's speed control output", limits=(1, 1000))
 
     @property
     def gains(self) -> tuple[int, int, int, int]:

@@ -1,7 +1,5 @@
 """Publishes odometry, joint states and, if tf2_msgs is installed, the transform."""
 
-from __future__ import annotations
-
 import numpy as np
 from nav_msgs.msg import Odometry
 from rclpy.node import Node

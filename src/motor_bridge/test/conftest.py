@@ -1,7 +1,5 @@
 """Fixtures: an isolated ROS graph, and the import path of the test helpers."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A line without faults to an emulated controller, in memory."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from motor_bridge.emulator.emulated_controller import EmulatedController

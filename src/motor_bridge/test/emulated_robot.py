@@ -1,7 +1,5 @@
 """The node in an isolated graph, with an emulated controller on a pseudo-terminal."""
 
-from __future__ import annotations
-
 import time
 from contextlib import ExitStack
 from dataclasses import replace

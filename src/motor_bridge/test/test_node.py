@@ -1,7 +1,5 @@
 """The node through real topics, with a controller on a pseudo-terminal."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 

@@ -1,7 +1,5 @@
 """Emergency stops that outlive the node, and commands of other types and topics."""
 
-from __future__ import annotations
-
 import math
 import time
 

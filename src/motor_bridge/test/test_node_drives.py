@@ -1,7 +1,5 @@
 """The node drives and publishes odometry, in wall time and in simulated time."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time

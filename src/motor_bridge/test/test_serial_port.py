@@ -1,7 +1,5 @@
 """A port that cannot be used is reported in one line."""
 
-from __future__ import annotations
-
 import errno
 import os
 import pty

@@ -1,7 +1,5 @@
 """Input of the arbiter: the clock, and the poses of the sources, odometry and the initial pose."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

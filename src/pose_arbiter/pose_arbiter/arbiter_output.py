@@ -1,7 +1,5 @@
 """Output of the arbiter at a fixed rate: the fused pose, and map to odom on /tf."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

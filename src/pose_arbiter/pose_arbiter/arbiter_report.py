@@ -1,7 +1,5 @@
 """Diagnostics of the node: which sources are used or rejected, and why; logs important changes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """The ROS node: fuses the poses of all sources and odometry into one pose."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

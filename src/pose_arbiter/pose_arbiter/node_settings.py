@@ -1,7 +1,5 @@
 """Parameters of the node, without those of the filter and of the sources."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from shirube_core.settings import setting
@@ -14,11 +12,9 @@ class NodeSettings:
     map_frame: str = setting('map', 'frame of the published poses')
     odom_frame: str = setting('odom', 'frame of the odometry, child of map_frame on /tf')
     base_frame: str = setting('base_link', 'frame of the robot whose pose is published')
-    rate: float = setting(50.0, 'rate of the published poses', unit='1/s', minimum=1.0, maximum=200.0)
+    rate: float = setting(50.0, 'rate of the published poses', '1/s', (1.0, 200.0))
     publish_tf: bool = setting(True, 'publish map_frame to odom_frame on /tf, if tf2_msgs is installed')
-    transform_tolerance: float = setting(
-        0.1, 'time by which /tf is stamped into the future', unit='s', minimum=0.0, maximum=5.0
-    )
+    transform_tolerance: float = setting(0.1, 'time by which /tf is stamped into the future', 's', (0.0, 5.0))
     initialpose_for: str = setting(
         '',
         'source that gets the pose on ~/initialpose when it is silent and others support the pose; empty: none',

@@ -1,7 +1,5 @@
 """The parameter ``sources`` and the parameters ``<name>.topic`` and so on of each source."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import field, fields, make_dataclass, replace
 from keyword import iskeyword

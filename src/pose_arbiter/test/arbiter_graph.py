@@ -1,7 +1,5 @@
 """The node in an isolated graph, and a simulated robot whose clock the test sets."""
 
-from __future__ import annotations
-
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray

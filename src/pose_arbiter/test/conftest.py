@@ -1,7 +1,5 @@
 """Shared fixtures: an isolated ROS graph, and the path of the test modules."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A short simulated drive with wrong odometry and several sources."""
 
-from __future__ import annotations
-
 import math
 import random
 

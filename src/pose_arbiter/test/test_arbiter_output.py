@@ -1,7 +1,5 @@
 """No tick is skipped or repeated."""
 
-from __future__ import annotations
-
 from pose_arbiter.arbiter_output import TickSchedule
 
 PERIOD = 20_000_000

@@ -1,7 +1,5 @@
 """Late and out-of-order messages do not change the result."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """One faulty source, with each kind of fault: the fused pose stays right."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """Filter steps against second implementations: information form, all measurements in one batch, numpy."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

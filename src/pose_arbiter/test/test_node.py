@@ -1,7 +1,5 @@
 """The node over DDS."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """Invalid messages and parameters are reported in one line and leave the pose unchanged."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Outlier rejection: which sources are accepted, and when the estimate is reset."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """Invalid messages leave the state unchanged."""
 
-from __future__ import annotations
-
 import math
 import random
 

@@ -1,7 +1,5 @@
 """The ROS node collision_monitor: limits cmd_vel_in by fresh ranges and publishes cmd_vel."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The ROS node: obstacle mapping, planning and path following."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from typing import Any

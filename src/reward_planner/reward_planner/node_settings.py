@@ -1,7 +1,5 @@
 """Parameters of the node; those of mapping, planning and control are settings of the core."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 
@@ -17,16 +15,14 @@ class NodeSettings(CameraSettings):
     camera_xyz: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.3),
         'position of the (left) optical frame in base_frame; the floor is its plane z = 0',
-        unit='m',
-        minimum=-10.0,
-        maximum=10.0,
+        'm',
+        (-10.0, 10.0),
     )
     camera_rpy: tuple[float, float, float] = setting(
         (-math.pi / 2.0, 0.0, -math.pi / 2.0),
         'fixed-axis roll, pitch, yaw of the (left) optical frame in base_frame; default: level, looking ahead',
-        unit='rad',
-        minimum=-math.tau,
-        maximum=math.tau,
+        'rad',
+        (-math.tau, math.tau),
     )
     source: str = setting(
         'points',
@@ -57,9 +53,9 @@ class NodeSettings(CameraSettings):
         'unit of the speed limits: percent of max_linear_velocity (type 1 of CostmapFilterInfo) or m/s (type 2)',
         choices=('percent', 'absolute'),
     )
-    speed_mask_base: float = setting(100.0, 'speed limit of a mask at value 0', minimum=-1e4, maximum=1e4)
+    speed_mask_base: float = setting(100.0, 'speed limit of a mask at value 0', limits=(-1e4, 1e4))
     speed_mask_multiplier: float = setting(
-        -1.0, 'change of the speed limit of a mask from each value to the next', minimum=-1e4, maximum=1e4
+        -1.0, 'change of the speed limit of a mask from each value to the next', limits=(-1e4, 1e4)
     )
     drive: bool = setting(False, 'whether the node drives the robot by cmd_vel')
     planning_thread: bool = setting(

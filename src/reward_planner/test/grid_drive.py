@@ -1,7 +1,5 @@
 """A simulated robot in a grid world: line-of-sight sensing, mapping, the drive controller and collisions."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

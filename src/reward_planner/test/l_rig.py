@@ -1,7 +1,5 @@
 """Three cameras in an L in a room of boxes, and their images."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reference implementation of voxels and rays in plain Python."""
 
-from __future__ import annotations
-
 import itertools
 import math
 

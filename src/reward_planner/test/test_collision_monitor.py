@@ -1,7 +1,5 @@
 """The collision monitor stops before contact, names what is invalid, and does not stop for what is beside its way."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -180,6 +178,7 @@ def test_bad_input_is_one_line_and_stops_the_robot():
         ({'footprint': (0.1, 0.1, 0.2)}, {}, 'three or more corners'),
         ({'footprint': (0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0)}, {}, 'edges cross'),
         ({'exclusion_zones': (0.0, 1.0)}, {}, 'six numbers'),
+        ({'exclusion_zones': (0.0, 0.0, 1.0, 1.0, 1.0, 0.0)}, {}, 'lowest corner'),
         ({}, {'height_min': 1.0, 'height_max': 0.5}, 'height_min is not below'),
         ({}, {'range_min': 2.0, 'range_max': 1.0}, 'range_min is not below'),
         ({}, {'rpy': (0.0, 1.0)}, 'rpy has 2 numbers'),
@@ -251,3 +250,12 @@ def test_it_waits_for_somebody_whose_way_it_would_cross():
         gaps.append(walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6))
     assert min(gaps) > 0.15
     assert drive.pose.x > 2.0
+
+
+def test_a_zone_that_covers_all_points_stops_the_robot_in_one_line():
+    drive = Drive(exclusion_zones=(-20.0, -20.0, -1.0, 20.0, 20.0, 5.0))
+    with pytest.raises(RewardPlannerError, match='scan: exclusion_zones hold all of its points'):
+        drive.send()
+    drive.monitor.add_command(drive.now, 0.5, 0.0)
+    decision = drive.monitor.decide(drive.now)
+    assert (decision.forward, decision.action) == (0.0, Action.FAULT)

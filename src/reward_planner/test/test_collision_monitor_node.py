@@ -1,7 +1,5 @@
 """The node collision_monitor in an isolated graph: velocities, sources of each kind, what it refuses."""
 
-from __future__ import annotations
-
 import json
 import math
 from array import array

@@ -1,7 +1,5 @@
 """No kernel is compiled while the robot drives."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The action server for Nav2, with stand-ins for the messages of nav2_msgs."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Points of depth images: the pixels project back to themselves."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The closed loop: a robot that senses, maps, plans and drives gets to its goal and hits nothing."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -88,7 +86,7 @@ def test_the_robot_keeps_out_of_masked_areas_and_slows_down_in_others():
     assert not forbidden[tuple(frame.cell_of(places).T)].any()
     speeds = np.hypot(*np.diff(places, axis=0).T) / TICK
     is_slow = slow[tuple(frame.cell_of(places[:-1]).T)] > 0
-    assert speeds[is_slow][20:].max() < 0.21  # it brakes in the zone
+    assert speeds[is_slow].max() < 0.22  # it brakes before the zone
     assert speeds[~is_slow].max() > 0.45
 
 

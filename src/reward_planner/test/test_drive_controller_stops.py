@@ -1,7 +1,5 @@
 """When the robot stops: stale input, commands of lamps, and at the goal."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
@@ -102,7 +100,12 @@ def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
     drive = hall_drive(8.0, 2.0)
     monkeypatch.setattr(drive.controller, '_allowed_speed', lambda *_: 0.0)
     assert drive.run(4.0).state is DriveState.DRIVING
-    assert drive.run(4.0).state is DriveState.STUCK
+    assert drive.run(4.0, until=(DriveState.STUCK,)).state is DriveState.STUCK
+    # Each recovery behavior is tried, with the route in between; then the robot stays stuck.
+    drive.run(90.0, until=())
+    assert drive.drives[-1].state is DriveState.STUCK
+    tried = dict.fromkeys(each.detail for each in drive.drives if each.state is DriveState.RECOVERING)
+    assert ['look' in ''.join(tried), 'back up' in ''.join(tried), 'clear' in ''.join(tried)] == [True] * 3
     monkeypatch.undo()
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
 

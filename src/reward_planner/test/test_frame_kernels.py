@@ -1,7 +1,5 @@
 """Points in voxels are counted once; rays are those cut at every face."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from slow_voxels import voxels_on_segment

@@ -1,7 +1,5 @@
 """One frame: hits and traversed voxels against a reference implementation, shifts of the map, point density."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from contextlib import nullcontext

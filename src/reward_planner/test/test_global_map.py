@@ -1,7 +1,5 @@
 """The global map keeps known cells, accepts new ones, and grows only with the observed area."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The costmap covers what is needed, and partial updates equal a full computation."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Commands of lamps: parsing, and which are in effect."""
 
-from __future__ import annotations
-
 import json
 import math
 

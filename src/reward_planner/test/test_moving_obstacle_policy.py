@@ -1,7 +1,5 @@
 """The robot waits for people who cross, goes around those who approach or stay, and drives into nobody."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

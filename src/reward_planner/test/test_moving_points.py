@@ -1,7 +1,5 @@
 """Moving obstacles: their motion, and that they are no part of the map."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -125,3 +123,15 @@ def test_only_what_moves_as_a_whole_has_shifted(cells_at, moves):
         motion = tracker.update(PERIOD * k, cells_at(k))
     assert motion.velocity[0, 0] > 0.2
     assert tracker.shifted.all() == tracker.shifted.any() == moves
+
+
+@pytest.mark.parametrize('sees_rest', [True, False])
+def test_the_part_that_left_the_view_moves_on_with_the_rest_until_rays_pass_there(sees_rest):
+    tracker = ClusterTracker()
+    for k in range(20):
+        cells = block(0.1 * k, 0.1 * k + 1.2)
+        cells = cells[cells[:, 0] < 2.0]  # the view ends there
+        tracker.update(PERIOD * k, cells, lambda xy: (xy[:, 0] < 2.0) | sees_rest)
+    hidden = tracker.hidden()
+    assert len(hidden.xy) == 0 if sees_rest else hidden.xy[:, 0].max() > 2.5
+    assert sees_rest or (hidden.velocity[:, 0] > 0.4).all()

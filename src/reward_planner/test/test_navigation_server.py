@@ -1,7 +1,5 @@
 """The node drives to goals of Nav2's actions, with stand-ins for the messages of nav2_msgs and rclpy's server."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

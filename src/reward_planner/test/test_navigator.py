@@ -1,7 +1,5 @@
 """From depth images of a furnished room to the goal: mapping, planning and control without ROS."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The node through real topics."""
 
-from __future__ import annotations
-
 import json
 from threading import Event
 

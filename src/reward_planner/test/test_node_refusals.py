@@ -1,7 +1,5 @@
 """Errors are reported in one line, and the robot stops."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Maps from points, and the projection of voxels: obstacles at the robot's heights, free cells along rays."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

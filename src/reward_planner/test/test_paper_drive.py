@@ -1,7 +1,5 @@
 """The whole paper in a closed loop: three cameras, voxels by count, look around, reward rule, to the goal (2, 3.3)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

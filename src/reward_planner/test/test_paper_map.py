@@ -1,7 +1,5 @@
 """The paper's map, rule ``count``: the mean over time (2.2.2, step 3), obstacles and movable area (2.2.3)."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from scipy.ndimage import binary_dilation, minimum_filter

@@ -1,7 +1,5 @@
 """The lookahead point, the free distance ahead, steering and speed limits."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

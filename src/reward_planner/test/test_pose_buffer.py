@@ -1,7 +1,5 @@
 """Poses are interpolated, but not across jumps or gaps; frames get theirs, or are dropped and counted."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Without a route: each recovery behavior once, in its order, bounded, and backwards on free cells only."""
 
-from __future__ import annotations
-
 import math
 from itertools import groupby
 

@@ -1,7 +1,5 @@
 """A route is kept unless it is blocked or clearly longer; a robot too near to an obstacle escapes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Walks and routes by the reward rule."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from grid_maps import GRID_MAPS, maze

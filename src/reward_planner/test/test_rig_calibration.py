@@ -1,7 +1,5 @@
 """Calibration of an L of three cameras against the true one, and the files that the command writes."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import cv2

@@ -1,7 +1,5 @@
 """Windows contain all points within range, invalid ones are rejected; tiles keep their values, the nearest are kept."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Planning beside the control cycle: snapshots, no waiting, and a fresh look at the path ahead."""
 
-from __future__ import annotations
-
 from concurrent.futures import Future, ThreadPoolExecutor
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Obstacles that went away: rays of any density clear them, and what is left of them out of view."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Points of clouds and of three cameras."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time

@@ -1,7 +1,5 @@
 """Geometry and disparities of horizontal and vertical pairs."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Depth of two pairs, and of a rig whose top camera may be on either side."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

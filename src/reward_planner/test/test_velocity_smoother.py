@@ -1,7 +1,5 @@
 """Velocities change within the limits and arrive."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

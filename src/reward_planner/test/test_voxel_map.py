@@ -1,7 +1,5 @@
 """Voxel values: of one frame, and over time."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -4,8 +4,6 @@ A frame of a room, a goal, an obstacle in the way that appears and disappears: t
 drives. Then three pictures become depth. Each mode of the planner has a process of its own, forked after the imports.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from multiprocessing import get_context

@@ -1,7 +1,5 @@
 """The one exception root of the simulator."""
 
-from __future__ import annotations
-
 
 class SceneError(ValueError):
     """A scene that cannot be built; the message is one line with the reason."""

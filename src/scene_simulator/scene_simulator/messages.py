@@ -1,7 +1,5 @@
 """The truth and the images of a scene as ROS messages (plain dataclasses, no ROS needed)."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -8,13 +8,14 @@ import yaml
 from flat_patches import patches
 
 from scene_simulator.corridor.generator import CorridorDesign, corridor
-from scene_simulator.corridor.stereo_rig import StereoRig, calibration_yaml, raw_rig, render_pair
+from scene_simulator.corridor.stereo_rig import StereoRig, raw_rig, render_pair
 from shirube_core.geometry import SE2
+from shirube_ros.camera.files import calibration_text
 
 
 def test_the_file_holds_the_calibration() -> None:
     for found, name in zip(raw_rig().calibrations(), ('left', 'right'), strict=True):
-        read = yaml.safe_load(calibration_yaml(found, name))
+        read = yaml.safe_load(calibration_text(name, found.camera, found.rotation, found.projection))
         assert (read['image_width'], read['image_height'], read['camera_name']) == (752, 480, name)
         assert read['distortion_model'] == 'plumb_bob'
         for field, shape, values in (
@@ -24,7 +25,7 @@ def test_the_file_holds_the_calibration() -> None:
             ('projection_matrix', (3, 4), found.projection),
         ):
             assert (read[field]['rows'], read[field]['cols']) == shape
-            np.testing.assert_array_equal(read[field]['data'], np.ravel(values))
+            np.testing.assert_allclose(read[field]['data'], np.ravel(values), atol=1e-11)
 
 
 POSE = SE2(-3.0, 0.3, -0.2)

@@ -1,7 +1,5 @@
 """Accuracy of a trajectory against ground truth: errors, coverage, report and limits."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from collections.abc import Mapping

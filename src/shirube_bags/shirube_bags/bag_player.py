@@ -1,7 +1,5 @@
 """Publishes a bag's messages, unchanged, with ``/clock``."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Reader of rosbag2 bags, mcap or sqlite3, on top of the ``rosbags`` library."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Records live topics into a bag."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Writer of rosbag2 bags: mcap with compressed chunks, created atomically."""
 
-from __future__ import annotations
-
 import shutil
 import tempfile
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Lockstep replay: a message is published when the nodes have processed the last one."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Sequence
 

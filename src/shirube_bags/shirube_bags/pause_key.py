@@ -1,7 +1,5 @@
 """The space bar of a terminal as a switch between replay and pause."""
 
-from __future__ import annotations
-
 import os
 import select
 import sys

@@ -1,7 +1,5 @@
 """Replays a bag once: each message at its time, or in lockstep with the nodes."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

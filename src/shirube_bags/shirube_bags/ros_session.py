@@ -1,7 +1,5 @@
 """A node, its executor and a stop event for a command, with clean shutdown."""
 
-from __future__ import annotations
-
 import signal
 import threading
 from collections.abc import Iterator, Sequence

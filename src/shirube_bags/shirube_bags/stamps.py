@@ -1,7 +1,5 @@
 """Numbers in text: lossless conversion of stamps [ns] to decimal seconds and back."""
 
-from __future__ import annotations
-
 import math
 from decimal import Decimal, InvalidOperation
 

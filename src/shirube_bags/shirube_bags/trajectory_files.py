@@ -1,7 +1,5 @@
 """Loads trajectories from bags and TUM files (``stamp x y z qx qy qz qw`` per line), and saves the latter."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Iterable
 from pathlib import Path

@@ -12,6 +12,8 @@ that send at once.
 
 The belly camera publishes in the namespace `floor_camera` (default `belly`), the ceiling camera in `ceiling_camera`
 (default `ceiling`), the stereo pair in `left` and `right`; the planner's sensor is set in its parameter file.
+`cameras` starts camera nodes: `cameras:='belly ceiling stereo'` needs your copies of config/camera.yaml as
+belly_camera.yaml and so on; `stereo` is one camera of both halves (parameter `split`), otherwise start `left right`.
 """
 
 from functools import partial
@@ -66,6 +68,7 @@ def generate_launch_description() -> LaunchDescription:
         'beacons_file': ('', 'file with the positions of the lamps'),
         'floor_camera': ('belly', 'namespace of the belly camera'),
         'ceiling_camera': ('ceiling', 'namespace of the ceiling camera'),
+        'cameras': ('', 'namespaces of cameras to start; each needs <name>_camera.yaml'),
         'description': ('', 'URDF or xacro file of the robot; empty for none'),
         **ROBOT,
         'use_sim_time': ('false', 'use /clock'),
@@ -74,8 +77,8 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription([driver, *declare(arguments), choice, *parts(), description()])
 
 
-def choose_parts(context: LaunchContext) -> list[LogInfo]:
-    """Leave out the localizers that are not asked for and whose file is not given; return a line for each.
+def choose_parts(context: LaunchContext) -> list[LogInfo | GroupAction]:
+    """Leave out the localizers that are not asked for and whose file is not given; return a line for each, and cameras.
 
     Raises:
         MissingFileError: a file of another part is missing; no node was started yet.
@@ -95,7 +98,17 @@ def choose_parts(context: LaunchContext) -> list[LogInfo]:
                 lines.append(LogInfo(msg=f'{node} is left out, as {file} is not set; {remedy}'))
         if choice in ('true', '1'):
             check_files(node, params_file, {file: path})
-    return lines
+    cameras = given('cameras').perform(context).split()
+    for name in cameras:
+        check_files('camera', Path(given('config').perform(context)) / f'{name}_camera.yaml', {})
+    return [*lines, *map(camera_node, cameras)]
+
+
+def camera_node(name: str) -> GroupAction:
+    """Return the node of a camera in its namespace; that of a double image has left/ and right/ in the robot's."""
+    namespace = [given('namespace'), *([] if name == 'stereo' else ['/', name])]
+    robot = {'namespace': namespace, 'frame_prefix': given('frame_prefix')}
+    return include_from('camera', f'{name}_camera', given('config'), given('use_sim_time'), **robot)
 
 
 def parts() -> list[GroupAction]:

@@ -1,7 +1,5 @@
 """Records a mission to a bag: all small messages, and the images of an extract."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path

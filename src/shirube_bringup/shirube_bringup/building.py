@@ -1,7 +1,5 @@
 """The robot's prior knowledge: dot map, lamps and their programs, taught places, command key."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Compiles the numba kernels that render the sensor images."""
 
-from __future__ import annotations
-
 from shirube_bringup.building import lamp_waveforms
 from shirube_bringup.render_worker import compile_render_kernels, initialize_worker
 from vlc_beacon.core.authorization.command_key import CommandKey

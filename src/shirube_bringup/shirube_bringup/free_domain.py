@@ -1,7 +1,5 @@
 """Reserves a ROS domain that no other process on this host uses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 

@@ -1,7 +1,5 @@
 """Kidnapping in the mission: a person carries the standing robot to another place, which the wheels do not notice."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Runs a mission: from goal to goal, step by step, until all are reached or a node fails."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import monotonic, process_time

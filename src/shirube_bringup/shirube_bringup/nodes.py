@@ -1,7 +1,5 @@
 """The mission's nodes: their parameters and topics, and their processes."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

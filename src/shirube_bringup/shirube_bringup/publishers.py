@@ -1,7 +1,5 @@
 """Publishers of the simulation: clock, sensor data, ground truth and goals."""
 
-from __future__ import annotations
-
 from array import array
 from collections import Counter
 from collections.abc import Sequence

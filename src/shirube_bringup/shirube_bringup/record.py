@@ -1,7 +1,5 @@
 """Results of a mission: track, goals and zones, and time series for its report."""
 
-from __future__ import annotations
-
 import json
 import math
 from bisect import bisect_right

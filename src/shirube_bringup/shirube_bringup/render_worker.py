@@ -1,7 +1,5 @@
 """Renders the sensor images in a separate process, in parallel to the nodes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from concurrent.futures import Future, ProcessPoolExecutor

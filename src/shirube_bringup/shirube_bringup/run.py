@@ -1,7 +1,5 @@
 """Sets up and runs one mission: nodes, simulation and robot."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack

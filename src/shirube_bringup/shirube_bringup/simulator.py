@@ -1,7 +1,5 @@
 """Simulation in lockstep with the nodes: time advances when all nodes have processed their messages."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from threading import Lock

@@ -1,7 +1,5 @@
 """Subscribers that store what the nodes publish during the mission."""
 
-from __future__ import annotations
-
 import json
 from collections import defaultdict
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """A reserved domain is exclusive, and errors in its context are not hidden."""
 
-from __future__ import annotations
-
 import pytest
 
 from shirube_bringup.free_domain import free_domain

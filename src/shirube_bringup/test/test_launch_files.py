@@ -15,6 +15,7 @@ PACKAGE = Path(__file__).resolve().parents[1]
 SINGLE = {
     'arbiter': 'pose_arbiter',
     'bridge': 'motor_bridge',
+    'camera': 'camera',
     'floor': 'floor_localizer',
     'monitor': 'collision_monitor',
     'planner': 'reward_planner',
@@ -102,7 +103,8 @@ def configurations_in(value: Any) -> set[str]:
 def test_launch_file_starts_the_node_that_the_parameter_file_is_for(launch: str) -> None:
     node, name = node_of(launch), SINGLE[launch]
     parameters = yaml.safe_load((PACKAGE / 'config' / f'{name}.yaml').read_text())
-    package, executable = ('reward_planner', name) if launch == 'monitor' else (name, 'node')
+    package = {'monitor': 'reward_planner', 'camera': 'shirube_camera'}.get(launch, name)
+    executable = name if package != name else 'node'
     assert (node['package'], node['name'], node['executable']) == (package, name, executable)
     assert node['exec_name'] == name
     assert package in (PACKAGE / 'package.xml').read_text()
@@ -198,6 +200,23 @@ def test_the_files_of_all_parts_are_checked_before_a_node_starts(given: dict[str
     assert type(caught.value).__name__ == 'MissingFileError'
 
 
+def test_the_cameras_that_are_asked_for_start_in_their_namespaces(tmp_path: Path) -> None:
+    for name in [
+        *(file.name for file in (PACKAGE / 'config').iterdir()),
+        'belly_camera.yaml',
+        'stereo_camera.yaml',
+    ]:
+        (tmp_path / name).touch()
+    (choose,) = (a.named['function'] for a in actions_of('robot') if a.kind == 'OpaqueFunction')
+    given = declared_in('robot') | {'config': str(tmp_path), 'cameras': 'belly stereo'}
+    started = [a.args[0][0].named['launch_arguments'] for a in choose(Context(given)) if a.kind != 'LogInfo']
+    files = [dict(each)['params_file'].args[0][1] for each in started]
+    assert files == ['belly_camera.yaml', 'stereo_camera.yaml']
+    assert [dict(each)['namespace'][1:] for each in started] == [['/', 'belly'], []]
+    with pytest.raises(Exception, match=r'rear_camera\.yaml does not exist'):
+        choose(Context(given | {'cameras': 'rear'}))
+
+
 def test_a_replay_without_its_bag_and_a_wrong_flag_start_no_node() -> None:
     kinds = [action.kind for action in actions_of('replay')]
     assert kinds.index('OpaqueFunction') < kinds.index('IncludeLaunchDescription')
@@ -244,7 +263,7 @@ def test_every_included_launch_file_is_there_and_takes_what_it_is_given(launch: 
         assert given.keys() <= declared.keys()
         assert {name for name, default in declared.items() if default is None} <= given.keys()
         assert configurations_in(given) <= declared_in(launch).keys()
-    assert sorted(names) == sorted(SINGLE)
+    assert sorted(names) == sorted({*SINGLE} - {'camera'})
 
 
 def test_the_replay_starts_the_player_with_known_options() -> None:
@@ -259,7 +278,7 @@ def test_the_replay_starts_the_player_with_known_options() -> None:
 def test_the_simulation_starts_the_room_with_known_options() -> None:
     simulation = (PACKAGE / 'launch' / 'simulation.launch.py').read_text()
     mission = PACKAGE.parent / 'shirube_bringup'
-    assert 'room = {NAME}.commands.room:main' in (mission / 'setup.py').read_text()
+    assert 'room = shirube_bringup.commands.room:main' in (mission / 'setup.cfg').read_text()
     room = (mission / 'shirube_bringup' / 'commands' / 'room.py').read_text()
     run = (mission / 'shirube_bringup' / 'run.py').read_text()
     for option in re.findall(r"'(--\w+)'", simulation):

@@ -2,14 +2,13 @@
 
 import argparse
 import shutil
-import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 
 from shirube_cli.child_process import child_process
 from shirube_cli.kernel_registry import DEMO_SETS, sets_of_packages
-from shirube_cli.project import CommandError, find_root
+from shirube_cli.project import CommandError, find_home, is_clone
 from shirube_cli.workspace import build_workspace, find_executable, overlay_environment
 
 # Loaded when asked for: the other commands start without matplotlib and ROS.
@@ -31,10 +30,10 @@ def demo(arguments: Sequence[str]) -> int:
         raise CommandError(f'there is no demo {name!r}; choose one of: {", ".join(DEMOS)}')
     if options.planner and name != 'mission':
         raise CommandError(f'--planner is an option of the mission; the demo {name!r} has no planner')
-    root = find_root()
+    root = find_home()
     module, function, sets = DEMOS[name]
     build_workspace(root, sets)
-    folder = root / 'out' / 'demo'
+    folder = (root if is_clone(root) else Path.cwd()) / 'out' / 'demo'
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     run_demo: Callable[..., int] = getattr(import_module(module), function)
@@ -46,13 +45,7 @@ def demo_mission(root: Path, folder: Path, planner: str = 'default') -> int:
 
     Returns 0 when every goal was reached well and nothing was touched, else 1.
     """
-    command = [
-        sys.executable,
-        str(find_executable(root, 'shirube_bringup', 'room')),
-        str(folder),
-        '--planner',
-        planner,
-    ]
+    command = [*find_executable(root, 'shirube_bringup', 'room'), str(folder), '--planner', planner]
     with child_process(command, overlay_environment(root), log=None) as process:
         code = process.wait()
     return 1 if code else 0

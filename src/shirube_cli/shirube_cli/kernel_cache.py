@@ -6,15 +6,16 @@ What colcon installs are copies of the same files, so their machine code is copi
 """
 
 import hashlib
+import os
 import re
 import shutil
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from shirube_cli.kernel_compiler import compile_sets
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
-from shirube_cli.project import safe_environment
+from shirube_cli.project import is_clone, safe_environment
 from shirube_core.files import exclusive_lock
 
 PYTHON = f'python{sys.version_info.major}.{sys.version_info.minor}'
@@ -52,8 +53,20 @@ def kernel_folder(root: Path) -> Path:
     """Return the folder for the machine code of the sources as they are; those of other states are removed."""
     # Inside this environment, because numba does not distinguish machine code for another numpy.
     home = Path(sys.prefix) / 'numba'
-    home.mkdir(exist_ok=True)
-    return fresh_cache(home, digest_kernels(root / 'src'))
+    if not os.access(sys.prefix, os.W_OK):
+        cache = Path(os.environ.get('XDG_CACHE_HOME') or Path.home() / '.cache')
+        home = cache / 'shirube' / hashlib.sha256(sys.prefix.encode()).hexdigest()[:16]
+    home.mkdir(parents=True, exist_ok=True)
+    return fresh_cache(home, digest_kernels(source_folders(root)))
+
+
+def source_folders(root: Path) -> dict[str, Path]:
+    """Return the folders of the packages with kernels by name, in the clone or as pip installed them."""
+    names = sorted({each.package for each in KERNEL_SETS} | {'shirube_core', 'scene_simulator'})
+    if is_clone(root):
+        return {name: root / 'src' / name / name for name in names}
+    site = Path(__file__).resolve().parents[1]
+    return {name: site / name for name in names}
 
 
 def copy_to_installed(cache: Path, root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
@@ -88,17 +101,17 @@ def files_with_kernels(folder: Path) -> Iterator[Path]:
             yield path
 
 
-def digest_kernels(sources: Path) -> str:
-    """Return a digest of all files with kernels below the packages' folder, and of those from which they
-    import.
-    """
-    wanted = set(files_with_kernels(sources))
+def digest_kernels(packages: Mapping[str, Path]) -> str:
+    """Return a digest of all files with kernels in packages, by name, and of those from which they import."""
+    wanted = {path for folder in packages.values() for path in files_with_kernels(folder)}
     for path in tuple(wanted):
-        modules = [name.decode().split('.') for name in _IMPORTED.findall(path.read_bytes())]
-        wanted |= {sources.joinpath(parts[0], *parts).with_suffix('.py') for parts in modules}
+        for name in _IMPORTED.findall(path.read_bytes()):
+            package, *parts = name.decode().split('.')
+            if package in packages and parts:
+                wanted.add(packages[package].joinpath(*parts).with_suffix('.py'))
     digest = hashlib.sha256()
     for path in sorted(path for path in wanted if path.is_file()):
-        digest.update(str(path.relative_to(sources)).encode())
+        digest.update(str(path).encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

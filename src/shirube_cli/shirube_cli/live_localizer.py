@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -147,12 +146,7 @@ class LiveLocalizer:
 
         ``on_turn`` is called ten times a second or more. Raises a CommandError if the node or the player failed.
         """
-        command = [
-            sys.executable,
-            str(find_executable(self.root, 'shirube_bags', 'play')),
-            str(bag),
-            *options,
-        ]
+        command = [*find_executable(self.root, 'shirube_bags', 'play'), str(bag), *options]
         command += ['--wait-for', f'{self.listener.image_topic}/2', '--timeout', str(START_TIMEOUT)]
         with child_process(command, self.environment, None) as playing:
             while playing.poll() is None:
@@ -215,7 +209,7 @@ def live_localizer(
     It runs in a domain that nobody else on this machine uses; logs go to the folder.
     """
     if node_command is None:
-        node_command = [sys.executable, str(find_executable(root, package, 'node'))]
+        node_command = find_executable(root, package, 'node')
     log = folder / 'node.log'
     with _listening(package, image_topic) as (listener, executor, domain):
         environment = {

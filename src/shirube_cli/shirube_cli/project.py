@@ -1,8 +1,9 @@
-"""Where the repository is, and how its tools are started."""
+"""Where the repository or the installed product is, and how tools are started."""
 
 import os
 import subprocess
 import sys
+import sysconfig
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,14 +12,33 @@ class CommandError(RuntimeError):
     """A request that cannot be fulfilled; the message is one line that names the remedy."""
 
 
-def find_root() -> Path:
-    """Return the repository that contains this package; raise a CommandError if it was installed somewhere
-    else.
+def find_home() -> Path:
+    """Return the repository that contains this package, or the files that pip installed beside it.
+
+    Raises:
+        CommandError: the files of the installed product are missing.
     """
     root = Path(__file__).resolve().parents[3]
-    if not (root / 'ros2_ws').is_dir():
-        raise CommandError('works inside a clone of the repository only; call ./shirube there')
-    return root
+    if is_clone(root):
+        return root
+    scheme = sysconfig.get_preferred_scheme('user')
+    for data in (sysconfig.get_path('data'), sysconfig.get_path('data', scheme)):
+        if (Path(data) / 'share' / 'shirube').is_dir():
+            return Path(data) / 'share' / 'shirube'
+    raise CommandError('the files of shirube in share/shirube are missing; install it again with pip')
+
+
+def is_clone(home: Path) -> bool:
+    """Return whether this is a clone of the repository, not the product that pip installed."""
+    return (home / 'ros2_ws').is_dir()
+
+
+def find_root() -> Path:
+    """Return the repository that contains this package; raise a CommandError for the installed product."""
+    home = find_home()
+    if not is_clone(home):
+        raise CommandError('this command works in a clone of the repository only; call ./shirube there')
+    return home
 
 
 def safe_environment() -> dict[str, str]:

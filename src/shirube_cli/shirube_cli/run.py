@@ -3,16 +3,20 @@
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import chdir
+from configparser import ConfigParser
 from pathlib import Path
-from runpy import run_path
-from typing import Any, NoReturn
-from unittest.mock import patch
+from typing import NoReturn
 
 from shirube_cli.bench import find_benchmarks
 from shirube_cli.kernel_registry import sets_of_package
-from shirube_cli.project import CommandError, find_root
-from shirube_cli.workspace import build_workspace, find_executable, find_packages, overlay_environment
+from shirube_cli.project import CommandError, find_home, is_clone
+from shirube_cli.workspace import (
+    build_workspace,
+    find_executable,
+    find_packages,
+    installed_executables,
+    overlay_environment,
+)
 
 USAGE = 'usage: shirube run <package> <executable> [arguments ... --ros-args ...]'
 
@@ -24,33 +28,34 @@ def run(arguments: Sequence[str]) -> NoReturn:
     if len(arguments) < 2:
         raise CommandError(USAGE)
     package, executable, *rest = arguments
-    root = find_root()
+    root = find_home()
     build_workspace(root, sets_of_package(root, package))
-    path = find_executable(root, package, executable)
-    # Through the interpreter, because a first line `#!` cannot name one whose path has spaces.
-    os.execve(sys.executable, [sys.executable, str(path), *rest], overlay_environment(root))
+    command = find_executable(root, package, executable)
+    os.execve(sys.executable, [*command, *rest], overlay_environment(root))
 
 
 def list_programs(arguments: Sequence[str]) -> int:
     """Print what ``run`` and ``bench`` can start; return 0."""
     if arguments:
         raise CommandError('usage: shirube list')
-    root = find_root()
-    executables = {name: find_scripts(root / 'src' / name) for name in find_packages(root)}
+    root = find_home()
+    executables = {name: find_scripts(root, name) for name in find_packages(root)}
     print('shirube run <package> <executable> [arguments ...]')
     for package, names in executables.items():
         if names:
             print(f'  {package:<20} {", ".join(names)}')
-    print('shirube bench <name> [arguments ...]')
-    for name in find_benchmarks(root):
-        print(f'  {name}')
+    if is_clone(root):
+        print('shirube bench <name> [arguments ...]')
+        for name in find_benchmarks(root):
+            print(f'  {name}')
     return 0
 
 
-def find_scripts(folder: Path) -> list[str]:
-    """Return the names of the executables of a package's folder."""
-    settings: dict[str, Any] = {}
-    with chdir(folder), patch('setuptools.setup', lambda **given: settings.update(given)):
-        run_path('setup.py')
-    lines = settings.get('entry_points', {}).get('console_scripts', [])
-    return sorted(line.partition('=')[0].strip() for line in lines)
+def find_scripts(root: Path, package: str) -> list[str]:
+    """Return the names of the executables of a package."""
+    if not is_clone(root):
+        return sorted(installed_executables()[package])
+    config = ConfigParser()
+    config.read(root / 'src' / package / 'setup.cfg')
+    lines = config.get('options.entry_points', 'console_scripts', fallback='').split('\n')
+    return sorted(line.partition('=')[0].strip() for line in lines if line)

@@ -14,6 +14,8 @@ from reward_planner.core.safety.safety_settings import SourceSettings as RangeSo
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.interface.monitor_settings import MonitorNodeSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
+from shirube_camera.frame_source import CameraSettings
+from shirube_camera.node import OutputSettings
 from stereo_landmark.core.primitives.primitive import ImageProcessing
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.node_settings import NodeSettings as StereoLandmarkSettings
@@ -21,6 +23,7 @@ from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 SETTINGS_OF_NODES: dict[str, dict[str, type]] = {
+    'camera': {'the camera': CameraSettings, 'the output': OutputSettings},
     'collision_monitor': {
         'the node': MonitorNodeSettings,
         'footprint, braking and zones': CollisionMonitorSettings,

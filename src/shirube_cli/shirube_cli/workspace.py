@@ -12,26 +12,44 @@ import sys
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.metadata import entry_points
 from pathlib import Path
 
-from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed
+from shirube_cli.kernel_cache import PYTHON, are_installed, compiled_kernels, copy_to_installed, kernel_folder
 from shirube_cli.kernel_registry import KERNEL_SETS, KernelSet
-from shirube_cli.project import CommandError, safe_environment
+from shirube_cli.project import CommandError, is_clone, safe_environment
 from shirube_core.files import exclusive_lock
+
+EXECUTABLES = 'shirube.executables'
+"""Entry points that name the executables of the installed product, ``package.executable``."""
 
 
 def find_packages(root: Path) -> list[str]:
-    """Return the names of all packages of the workspace."""
+    """Return the names of all packages of the workspace, or of the installed product that have executables."""
+    if not is_clone(root):
+        return sorted(installed_executables())
     return sorted(path.parent.name for path in (root / 'src').glob('*/package.xml'))
+
+
+def installed_executables() -> dict[str, list[str]]:
+    """Return the executables of the installed product by package."""
+    found: dict[str, list[str]] = {}
+    for point in entry_points(group=EXECUTABLES):
+        package, _, name = point.name.partition('.')
+        found.setdefault(package, []).append(name)
+    return found
 
 
 def build_workspace(root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
     """Build every package that changed since it was built last, and compile kernel sets, by default all,
-    meanwhile.
+    meanwhile; the installed product needs only the latter.
 
     Raises:
         CommandError: colcon or a compiler failed; its output was printed.
     """
+    if not is_clone(root):
+        compiled_kernels(root, sets)
+        return
     with exclusive_lock(root / 'ros2_ws'):
         digests = {name: digest_package(root / 'src' / name) for name in find_packages(root)}
         changed = [name for name, digest in digests.items() if not _is_built(root, name, digest)]
@@ -63,23 +81,29 @@ def digest_package(folder: Path) -> str:
     return digest.hexdigest()
 
 
-def find_executable(root: Path, package: str, executable: str) -> Path:
-    """Return the installed file that ``ros2 run package executable`` would start; raise a CommandError for
-    no such one.
-    """
+def find_executable(root: Path, package: str, executable: str) -> list[str]:
+    """Return the command that ``ros2 run package executable`` would start; raise a CommandError for no such one."""
     packages = find_packages(root)
     if package not in packages:
         raise CommandError(f'there is no package {package!r}; choose one of: {", ".join(packages)}')
     folder = root / 'ros2_ws' / 'install' / package / 'lib' / package
     names = sorted(path.name for path in folder.glob('*') if path.is_file())
+    if not is_clone(root):
+        names = sorted(installed_executables()[package])
     if executable not in names:
         there = f'choose one of: {", ".join(names)}' if names else 'or any other'
         raise CommandError(f'package {package} has no executable {executable!r}; {there}')
-    return folder / executable
+    # Through the interpreter, because a first line `#!` cannot name one whose path has spaces.
+    if not is_clone(root):
+        return [sys.executable, '-m', 'shirube_cli.execute', package, executable]
+    return [sys.executable, str(folder / executable)]
 
 
 def overlay_environment(root: Path) -> dict[str, str]:
     """Return the environment that sourcing the workspace makes, with the ROS of the wheels under it."""
+    if not is_clone(root):
+        kernels = {'NUMBA_CACHE_DIR': str(kernel_folder(root))}
+        return {**safe_environment(), **kernels, 'AMENT_PREFIX_PATH': sys.prefix}
     prefixes = [root / 'ros2_ws' / 'install' / name for name in find_packages(root)]
     environment = safe_environment()
     environment.pop('NUMBA_CACHE_DIR', None)  # installed kernels have their machine code next to them

@@ -18,7 +18,8 @@ def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
     def stand_in(name):
         return lambda root, folder, *planner: ran.append((name, root, folder, *planner)) or code
 
-    monkeypatch.setattr(demo, 'find_root', lambda: tmp_path)
+    monkeypatch.setattr(demo, 'find_home', lambda: tmp_path)
+    (tmp_path / 'ros2_ws').mkdir()
     monkeypatch.setattr(demo, 'build_workspace', lambda root, sets: None)
     monkeypatch.setattr(demo, 'demo_mission', stand_in('mission'))
     monkeypatch.setattr(floor_demo, 'demo_floor', stand_in('floor'))
@@ -31,7 +32,8 @@ def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
 
 def test_the_planner_is_handed_on_to_the_mission_only(monkeypatch, tmp_path):
     ran = []
-    monkeypatch.setattr(demo, 'find_root', lambda: tmp_path)
+    monkeypatch.setattr(demo, 'find_home', lambda: tmp_path)
+    (tmp_path / 'ros2_ws').mkdir()
     monkeypatch.setattr(demo, 'build_workspace', lambda root, sets: None)
     monkeypatch.setattr(demo, 'demo_mission', lambda root, folder, planner: ran.append(planner) or 0)
     assert demo.demo(['mission', '--planner', 'paper']) == 0

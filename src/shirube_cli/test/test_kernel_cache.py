@@ -130,7 +130,7 @@ def test_the_digest_sees_kernels_and_what_goes_into_them_and_nothing_else(tmp_pa
     for changed in (None, *files):
         for name, text in files.items():
             (package / name).write_text(text + '# changed\n' * (name == changed))
-        digests.append(digest_kernels(tmp_path))
+        digests.append(digest_kernels({'robot': package}))
     untouched, kernels, constants, words = digests
     assert words == untouched
     assert len({untouched, kernels, constants}) == 3

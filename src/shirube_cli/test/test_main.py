@@ -53,7 +53,7 @@ def test_refusal_of_the_disk_is_one_line_with_the_remedy(
     def refuse() -> None:
         raise OSError(number, 'refused', '/out')
 
-    monkeypatch.setattr(run, 'find_root', refuse)
+    monkeypatch.setattr(run, 'find_home', refuse)
     assert main(['list']) == 1
     line = capsys.readouterr().err
     assert line.startswith('shirube: ')

@@ -2,7 +2,6 @@
 
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -57,8 +56,7 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def tell(root: Path) -> str:
-    path = find_executable(root, 'probe', 'tell')
-    command = [sys.executable, str(path)]
+    command = find_executable(root, 'probe', 'tell')
     environment = overlay_environment(root)
     return subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout.strip()
 
@@ -75,7 +73,7 @@ def test_failing_build_is_tried_again_a_changed_package_is_built_again_and_an_un
     assert tell(root) == 'first'
     with pytest.raises(CommandError, match=r"no executable 'tel'; choose one of: tell"):
         find_executable(root, 'probe', 'tel')
-    executable = find_executable(root, 'probe', 'tell')
+    executable = Path(find_executable(root, 'probe', 'tell')[-1])
     assert executable == root / 'ros2_ws/install/probe/lib/probe/tell'
     assert os.access(executable, os.X_OK)
     built = executable.stat().st_mtime_ns

@@ -1,7 +1,5 @@
 """What the commands share: errors of one line each, and options that are defined by a settings class."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable, Collection

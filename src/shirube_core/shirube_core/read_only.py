@@ -3,8 +3,6 @@
 numba refuses to define a cached kernel, and rcl to start, without a folder that they can write to.
 """
 
-from __future__ import annotations
-
 import os
 import stat
 import sys

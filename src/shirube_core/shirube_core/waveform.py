@@ -5,8 +5,6 @@ and ``t,level_a,level_b`` for a panel of two halves. Each row gives the time [s]
 apply; the last row ends the period and repeats the first levels.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

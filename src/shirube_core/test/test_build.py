@@ -1,7 +1,5 @@
 """Settings from values by name, and former names of options."""
 
-from __future__ import annotations
-
 import argparse
 from dataclasses import dataclass, field
 from typing import Any
@@ -19,7 +17,7 @@ from shirube_core.settings import (
 
 @dataclass(frozen=True)
 class Dots:
-    diameter: float = setting(0.002, 'smallest dot kept', unit='m', maximum=10.0, former_name='width')
+    diameter: float = setting(0.002, 'smallest dot kept', 'm', (None, 10.0), former_name='width')
     count: int = setting(5, 'fewest dots')
 
 

@@ -1,7 +1,5 @@
 """Which values the check accepts and rejects, and its messages."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any
@@ -13,17 +11,17 @@ from shirube_core.settings import SettingsError, check_settings, setting
 
 @dataclass(frozen=True)
 class Dots:
-    diameter: float = setting(0.002, 'smallest dot kept', unit='m', minimum=0.0005, maximum=0.1)
+    diameter: float = setting(0.002, 'smallest dot kept', 'm', (0.0005, 0.1))
 
 
 @dataclass(frozen=True)
 class Floor:
     dots: Dots = field(default_factory=Dots)
-    count: int = setting(5, 'fewest dots', minimum=3)
+    count: int = setting(5, 'fewest dots', limits=(3, None))
     enabled: bool = setting(True, 'whether it works')
     method: str = setting('pole', 'which way', choices=('pole', 'pair'))
-    xyz: tuple[float, float, float] = setting((0.0, 0.0, 0.1), 'where it sits', unit='m', minimum=-1.0)
-    weights: tuple[float, ...] = setting((), 'weights', minimum=0.0)
+    xyz: tuple[float, float, float] = setting((0.0, 0.0, 0.1), 'where it sits', 'm', (-1.0, None))
+    weights: tuple[float, ...] = setting((), 'weights', limits=(0.0, None))
 
 
 @pytest.mark.parametrize(

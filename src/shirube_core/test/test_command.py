@@ -40,7 +40,7 @@ def test_an_internal_error_is_raised() -> None:
 class Lamp:
     """Settings of a lamp."""
 
-    radius: float = setting(0.03, 'radius, 5 % too large at most', unit='m', minimum=0.0, former_name='size')
+    radius: float = setting(0.03, 'radius, 5 % too large at most', 'm', (0.0, None), former_name='size')
     kind: str = setting('disc', 'its shape', choices=('disc', 'grid'))
     is_on: bool = setting(False, 'whether it is on')
 

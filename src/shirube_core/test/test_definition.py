@@ -1,7 +1,5 @@
 """Introspection of definitions, their supported types, and their table."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import pytest
@@ -11,13 +9,13 @@ from shirube_core.settings import describe_settings, setting, tunable
 
 @dataclass(frozen=True)
 class Lens:
-    focal: float = setting(8.0, 'focal length', unit='mm', minimum=1.0)
+    focal: float = setting(8.0, 'focal length', 'mm', (1.0, None))
 
 
 @dataclass(frozen=True)
 class Camera:
     name: str = setting('belly', 'name of the camera')
-    size: tuple[float, float, float] = setting((1.0, 2.0, 3.0), 'size of its body', unit='m', maximum=9.0)
+    size: tuple[float, float, float] = setting((1.0, 2.0, 3.0), 'size of its body', 'm', (None, 9.0))
     lens: Lens = field(default_factory=lambda: Lens(focal=4.0))
     gains: tuple[float, ...] = setting((), 'gains')
     mode: str = setting('fast', 'mode of work', choices=('fast', 'good'))

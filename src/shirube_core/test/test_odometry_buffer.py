@@ -1,7 +1,5 @@
 """Laws of the odometry buffer: constant twist, order of arrival, shift of time, limits, jumps and covariance."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Kernels and logs on a robot whose home and installation are read-only."""
 
-from __future__ import annotations
-
 import os
 import stat
 import subprocess

@@ -1,7 +1,5 @@
 """Properties of the integral, comparison with a sampled reference, and the CSV form."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

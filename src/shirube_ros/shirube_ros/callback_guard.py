@@ -1,7 +1,5 @@
 """Catches errors of callbacks and services, so that no message ends the node, and counts rejected messages."""
 
-from __future__ import annotations
-
 import traceback
 from collections import Counter
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The command line of a node: help, and errors that rcl would pass over in silence or report in its own words."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Iterator, Sequence

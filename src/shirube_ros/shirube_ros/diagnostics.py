@@ -1,7 +1,5 @@
 """Publishes the status of a node on /diagnostics, once a second."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum

@@ -1,7 +1,5 @@
 """Where sensors and poses are: the parameters of a camera's mount, and TF where tf2_ros is installed."""
 
-from __future__ import annotations
-
 import time
 from importlib import import_module
 from typing import Any

@@ -1,7 +1,5 @@
 """Reports inputs that are missing, have another type or incompatible QoS, or have died: once on the console."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum

@@ -1,7 +1,5 @@
 """Base class of the nodes: a lifecycle node that by default configures and activates itself."""
 
-from __future__ import annotations
-
 import traceback
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace

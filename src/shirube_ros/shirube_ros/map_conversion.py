@@ -1,7 +1,5 @@
 """Conversion of grids, paths and point clouds to messages and back."""
 
-from __future__ import annotations
-
 import sys
 from array import array
 

@@ -1,7 +1,5 @@
 """The main function of every node: start errors in one line, clean shutdown on SIGINT and SIGTERM."""
 
-from __future__ import annotations
-
 import signal
 import socket
 import sys

@@ -1,7 +1,5 @@
 """Declares a node's parameters from a settings class, with descriptions and ranges, and checks changes of them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches

@@ -1,7 +1,5 @@
 """Conversion of planar poses and the tilt of the base to messages and back."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

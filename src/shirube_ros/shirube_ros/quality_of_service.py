@@ -3,8 +3,6 @@
 Each function returns a new profile, because rclpy writes a user's overrides into the profile that it is given.
 """
 
-from __future__ import annotations
-
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.qos_overriding_options import QoSOverridingOptions
 

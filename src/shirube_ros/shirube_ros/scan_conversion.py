@@ -1,7 +1,5 @@
 """Conversion of LaserScan messages to rays, as REP 117 defines their ranges."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

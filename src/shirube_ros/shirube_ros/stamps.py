@@ -1,7 +1,5 @@
 """Validates the stamps of messages, and groups messages of several topics by them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar

@@ -1,7 +1,5 @@
 """Main functions of the nodes: a signal during the imports, which take seconds, ends the process at once."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

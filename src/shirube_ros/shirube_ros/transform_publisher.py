@@ -1,7 +1,5 @@
 """Publishes transforms on /tf or /tf_static, where the package tf2_msgs is installed."""
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

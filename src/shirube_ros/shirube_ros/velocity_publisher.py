@@ -1,7 +1,5 @@
 """Publishes velocities, and a zero velocity when the node ends or simulated time is paused."""
 
-from __future__ import annotations
-
 from time import monotonic
 
 from geometry_msgs.msg import Twist, TwistStamped

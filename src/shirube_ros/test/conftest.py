@@ -1,7 +1,5 @@
 """A ROS graph for each test that wants one."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import pytest

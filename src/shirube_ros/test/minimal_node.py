@@ -1,7 +1,5 @@
 """A program for the tests of safe_main: a node with one parameter that may refuse to start."""
 
-from __future__ import annotations
-
 import sys
 import time
 from dataclasses import dataclass
@@ -20,7 +18,7 @@ class FloorError(RuntimeError):
 
 @dataclass(frozen=True)
 class MinimalSettings:
-    rate: float = setting(0.5, 'rate', minimum=0.0, maximum=1.0)
+    rate: float = setting(0.5, 'rate', limits=(0.0, 1.0))
     fault: str = setting('', 'what goes wrong at start')
 
 

@@ -1,7 +1,5 @@
 """The guard of callbacks and services."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

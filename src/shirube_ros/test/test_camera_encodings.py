@@ -1,7 +1,5 @@
 """Every encoding of sensor_msgs from a known picture, built here byte by byte, back to the picture."""
 
-from __future__ import annotations
-
 from array import array
 
 import cv2

@@ -1,7 +1,5 @@
 """Image messages to arrays and back."""
 
-from __future__ import annotations
-
 from array import array
 from collections.abc import Callable
 from types import SimpleNamespace

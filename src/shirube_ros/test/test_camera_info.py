@@ -1,7 +1,5 @@
 """CameraInfo messages to cameras, raw and rectified."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

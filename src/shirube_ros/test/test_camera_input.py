@@ -1,7 +1,5 @@
 """Images and their CameraInfo through real subscriptions."""
 
-from __future__ import annotations
-
 from array import array
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The command line of a node: stray arguments, parameter files for other nodes, mixed lists, help."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,7 +16,7 @@ ROBOT = ['-r', '__ns:=/robot_1']
 @tunable()
 @dataclass(frozen=True)
 class ScalerSettings:
-    factor: float = setting(2.0, 'factor', minimum=0.0, maximum=10.0)
+    factor: float = setting(2.0, 'factor', limits=(0.0, 10.0))
 
 
 class Scaler(ManagedNode):

@@ -1,7 +1,5 @@
 """Messages on /diagnostics."""
 
-from __future__ import annotations
-
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from node_testing import IsolatedGraph

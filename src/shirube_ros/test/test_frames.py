@@ -1,7 +1,5 @@
 """Mounts and poses from parameters and from a TF in memory."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

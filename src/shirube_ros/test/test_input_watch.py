@@ -1,7 +1,5 @@
 """Missing, wrong and dead inputs."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import pytest

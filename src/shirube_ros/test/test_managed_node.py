@@ -1,7 +1,5 @@
 """Lifecycle and tunable parameters of a managed node, as a manager and `ros2 param set` see them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -32,14 +30,14 @@ TRANSITIONS = {
 @tunable()
 @dataclass(frozen=True)
 class Limits:
-    least: float = setting(0.0, 'least factor', minimum=0.0, maximum=10.0)
-    most: float = setting(5.0, 'greatest factor', minimum=0.0, maximum=10.0)
+    least: float = setting(0.0, 'least factor', limits=(0.0, 10.0))
+    most: float = setting(5.0, 'greatest factor', limits=(0.0, 10.0))
 
 
 @tunable('factor')
 @dataclass(frozen=True)
 class ScalerSettings:
-    factor: float = setting(2.0, 'factor', minimum=0.0, maximum=10.0)
+    factor: float = setting(2.0, 'factor', limits=(0.0, 10.0))
     file: str = setting('', 'file that must exist')
     weights: tuple[float, ...] = setting((), 'weights')
     limits: Limits = field(default_factory=Limits)

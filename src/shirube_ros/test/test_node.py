@@ -1,7 +1,5 @@
 """The main function of a node."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """The executor of a node, and a queue that is drained."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import ExitStack
 from time import monotonic

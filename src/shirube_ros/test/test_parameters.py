@@ -1,7 +1,5 @@
 """Parameters of a real node from a settings class."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,8 +15,8 @@ from shirube_ros.parameters import declare_parameters, reject_misspelled_paramet
 
 @dataclass(frozen=True)
 class Dots:
-    diameter: float = setting(0.002, 'dot kept', unit='m', minimum=0.0, maximum=0.1, former_name='width')
-    count: int = setting(5, 'fewest dots', minimum=3)
+    diameter: float = setting(0.002, 'dot kept', 'm', (0.0, 0.1), former_name='width')
+    count: int = setting(5, 'fewest dots', limits=(3, None))
 
 
 @dataclass(frozen=True)
@@ -26,7 +24,7 @@ class Floor:
     dots: Dots = field(default_factory=Dots)
     enabled: bool = setting(True, 'whether it works')
     method: str = setting('pole', 'which way', choices=('pole', 'pair'))
-    xyz: tuple[float, float, float] = setting((0.0, 0.0, 0.1), 'where it sits', unit='m', minimum=-1.0)
+    xyz: tuple[float, float, float] = setting((0.0, 0.0, 0.1), 'where it sits', 'm', (-1.0, None))
     weights: tuple[float, ...] = setting((1.0,), 'weights')
 
 

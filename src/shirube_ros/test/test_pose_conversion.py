@@ -1,7 +1,5 @@
 """Poses and tilts to messages and back."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

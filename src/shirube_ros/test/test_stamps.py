@@ -1,7 +1,5 @@
 """Validation of stamps and synchronization by them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from itertools import permutations
 

@@ -1,7 +1,5 @@
 """A zero velocity is published at shutdown, and while simulated time is paused."""
 
-from __future__ import annotations
-
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import TwistStamped
 from node_testing import IsolatedGraph

@@ -1,7 +1,5 @@
 """ROS node: stereo images in, displacement from a taught place and robot pose out."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial

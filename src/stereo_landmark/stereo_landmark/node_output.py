@@ -1,7 +1,5 @@
 """What the node publishes about a pair: displacement, markers, debug image and diagnostics."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from time import monotonic

@@ -1,7 +1,5 @@
 """ROS parameters of the node; the parameters of the method are settings of the core."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -18,15 +16,13 @@ class NodeSettings(PairSettings, CameraSettings):
     camera_xyz: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.5),
         "position of the left camera's optical frame in base_frame; must equal the value at teaching",
-        unit='m',
-        minimum=-10.0,
-        maximum=10.0,
+        'm',
+        (-10.0, 10.0),
     )
     camera_rpy: tuple[float, float, float] = setting(
         (-math.pi / 2.0, 0.0, -math.pi / 2.0),
         'fixed-axis roll, pitch, yaw of the rectified left optical frame in base_frame; default: forward',
-        unit='rad',
-        minimum=-math.tau,
-        maximum=math.tau,
+        'rad',
+        (-math.tau, math.tau),
     )
     places_dir: str = setting('', 'folder of the taught places; required')

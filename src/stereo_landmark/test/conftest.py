@@ -1,7 +1,5 @@
 """Helper modules of this folder become importable; fixtures are an isolated ROS graph and the files of the wall."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The node under test with a fake robot that publishes its inputs and records its outputs."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Renders a textured plate through any homography: blobs of paint within a blurred outline."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.special import ndtr
 

@@ -1,7 +1,5 @@
 """Rendered images of shapes, and their segments and line segments for the detectors."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

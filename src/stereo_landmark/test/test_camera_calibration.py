@@ -1,6 +1,7 @@
 import math
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from place_scenes import CAMERA, MOUNT
@@ -10,11 +11,10 @@ from taught_wall import HERE, RIG, seen
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.pair.camera_pair import (
     CameraCalibration,
-    PairFault,
     Rectifier,
-    pair_fault,
     stereo_rig,
 )
+from stereo_landmark.core.pair.rectification_check import PairFault, check_pair
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 LEFT = rectified_calibration(CAMERA)
@@ -103,9 +103,9 @@ def test_the_rows_of_real_pairs_agree_only_after_rectification():
     for role in ('teach', 'repeat'):
         raw = pairs.images(role)
         left, right = (Rectifier(each).rectify(image) for each, image in zip(pairs.calibrations, raw))
-        assert pair_fault(left, right, rig) is None
-        assert pair_fault(*raw, rig) is PairFault.NOT_RECTIFIED
-        assert pair_fault(right, left, rig) is PairFault.SWAPPED
+        assert check_pair(left, right, rig).fault is None
+        assert check_pair(*raw, rig).fault is PairFault.NOT_RECTIFIED
+        assert check_pair(right, left, rig).fault is PairFault.SWAPPED
 
 
 BLANK = np.full((240, 376), 90, np.uint8)
@@ -125,4 +125,36 @@ NOISE = np.random.default_rng(1).integers(0, 256, (2, 240, 376), dtype=np.uint8)
     ],
 )
 def test_rows_and_disparities_of_a_pair_are_checked_if_there_is_something_to_see(change, fault):
-    assert pair_fault(*change(*seen(HERE)), RIG) is fault
+    assert check_pair(*change(*seen(HERE)), RIG).fault is fault
+
+
+PATTERNS = {
+    'chessboard': lambda x, y: (x // 30 + y // 30) % 2,
+    'grille': lambda x, y: 0 * x + (y // 9) % 2,
+    'mesh': lambda x, y: (x % 14 < 3) | (y % 14 < 3),
+    'keypad': lambda x, y: (x % 40 > 8) & (y % 40 > 8) & (x // 40 < 16),
+}
+
+
+@pytest.mark.parametrize('name', PATTERNS)
+def test_a_repeated_pattern_is_no_fault(name):
+    y, x = np.mgrid[:480, :900]
+    light = cv2.GaussianBlur(60.0 + 120.0 * PATTERNS[name](x, y), (0, 0), 1.0)
+    noise = np.random.default_rng(1).normal(0.0, 2.0, (2, 480, 752))
+    left, right = (np.uint8(light[:, u : u + 752] + each) for u, each in zip((100, 140), noise))
+    assert check_pair(left, right, RIG).fault is None
+
+
+@pytest.mark.parametrize('rows', [1, -1])
+def test_one_row_is_seen_and_measured_in_a_real_pair(rows):
+    pairs = RealPairs()
+    left, right = (
+        Rectifier(each).rectify(image) for each, image in zip(pairs.calibrations, pairs.images('teach'))
+    )
+    checks = [
+        check_pair(left, each, stereo_rig(*pairs.calibrations, MOUNT))
+        for each in (right, np.roll(right, rows, 0))
+    ]
+    assert [check.fault for check in checks] == [None, PairFault.NOT_RECTIFIED]
+    assert checks[1].row_difference - checks[0].row_difference == pytest.approx(rows, abs=0.05)
+    assert f'{checks[1].row_difference:.2f} px' in checks[1].summary

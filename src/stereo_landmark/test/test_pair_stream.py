@@ -13,8 +13,9 @@ from taught_wall import CALIBRATIONS, HERE, RAW, TAUGHT, raw_image, seen, taught
 from shirube_core.geometry import LensModel
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair import pair_stream
-from stereo_landmark.core.pair.camera_pair import PairFault, Side, StampSynchronizer
+from stereo_landmark.core.pair.camera_pair import Side, StampSynchronizer
 from stereo_landmark.core.pair.pair_stream import PairStream, recalibrate
+from stereo_landmark.core.pair.rectification_check import PairCheck, PairFault
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -82,9 +83,9 @@ def test_cameras_of_a_lost_robot_are_checked_now_and_then_and_faulty_ones_with_e
 
     def fault(*_):
         checked.append(None)
-        return PairFault.SWAPPED if len(checked) in {2, 3} else None
+        return PairCheck(50, 0.0, 0.0, PairFault.SWAPPED if len(checked) in {2, 3} else None)
 
-    monkeypatch.setattr(pair_stream, 'pair_fault', fault)
+    monkeypatch.setattr(pair_stream, 'check_pair', fault)
     monkeypatch.setattr(LandmarkLocalizer, 'locate', lambda *_: without_fix().result)
     robot = stream()
     counts = []

@@ -197,6 +197,23 @@ def choice(**entry):
 
 
 MISSPELT = {'edges': {'treshold': 1.0}}
+
+
+def test_a_shape_that_cannot_be_measured_is_left_out_and_named(config, capsys):
+    left, right = seen(TAUGHT)
+    hidden = RIG.project((POSITIONS[:1] - MOUNT.xyz) @ MOUNT.rotation)[0, 2:].round().astype(int)
+    u, v = hidden.tolist()
+    right = right.copy()
+    right[v - 30 : v + 30, u - 30 : u + 30] = 128
+    config.files.write((left, right))
+    assert config.run() == 0
+    said = capsys.readouterr().out
+    assert 'ellipse 1: it has no match in the right image' in said
+    assert 'rows differ by' in said or 'not checked' in said
+    names = [each.name for each in load_place(config.places / 'wall.yaml').targets[0].primitives]
+    assert names == [f'ellipse {k}' for k in range(2, len(CENTRES) + 1)]
+
+
 WRONG = [
     (replaced(colour=1), 'lesson.yaml: colour does not exist'),
     (replaced(bag={'path': 'bag'}), 'give either images and calibration, or bag'),

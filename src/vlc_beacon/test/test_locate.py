@@ -29,16 +29,8 @@ from vlc_beacon.files.beacons_file import save_beacons
 START_NS = 1_700_000_000_123_456_789
 RATE, SECONDS = 60.0, 2.6
 SHUTTER = Shutter(6e-5, 18.9e-6)
-LIGHT = (
-    '--shutter',
-    'rolling',
-    '--exposure-time',
-    '6e-5',
-    '--row-time',
-    '18.9e-6',
-    '--lamp-frame-rate',
-    RATE,
-)
+EXPOSURE = ('--shutter', 'rolling', '--exposure-time', '6e-5', '--row-time', '18.9e-6')
+LIGHT = (*EXPOSURE, '--lamp-frame-rate', RATE)
 TEXT = '診察室'
 DAMAGED = 3
 
@@ -95,15 +87,8 @@ Run = Callable[..., tuple[int, str, str]]
 @pytest.fixture
 def run(film: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     """Runs the command; returns its exit code, output and errors."""
-    given = (
-        '--beacons',
-        film / 'beacons.yaml',
-        '--out',
-        tmp_path / 'out',
-        '--camera-xyz',
-        *MOUNT.xyz,
-        *LIGHT,
-    )
+    files = ('--beacons', film / 'beacons.yaml', '--out', tmp_path / 'out')
+    given = (*files, '--camera-xyz', *MOUNT.xyz, *LIGHT)
 
     def locate(*arguments: object) -> tuple[int, str, str]:
         capsys.readouterr()

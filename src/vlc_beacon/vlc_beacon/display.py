@@ -1,7 +1,5 @@
 """The receiver's output for people: beacons as RViz markers, and a debug image."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import cv2

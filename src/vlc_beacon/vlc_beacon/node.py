@@ -1,7 +1,5 @@
 """ROS node: images of the ceiling in; robot pose and lamp commands out."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from time import perf_counter

@@ -1,7 +1,5 @@
 """Parameters of the node, and the files that they name."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -26,16 +24,14 @@ class NodeSettings(CameraSettings):
     camera_xyz: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.2),
         'position of the optical frame in base_frame, whose plane z = 0 is the floor',
-        unit='m',
-        minimum=-10.0,
-        maximum=10.0,
+        'm',
+        (-10.0, 10.0),
     )
     camera_rpy: tuple[float, float, float] = setting(
         (0.0, 0.0, math.pi / 2.0),
         'fixed-axis roll, pitch, yaw of the optical frame in base_frame; default: upward, top of the image ahead',
-        unit='rad',
-        minimum=-math.tau,
-        maximum=math.tau,
+        'rad',
+        (-math.tau, math.tau),
     )
     beacons_file: str = setting('', 'beacons file: YAML of lamp IDs and positions; required')
     key_file: str = setting('', 'key file of the commands; without a key all commands are rejected')

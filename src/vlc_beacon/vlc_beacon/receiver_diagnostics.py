@@ -1,7 +1,5 @@
 """Diagnostics of the node: pose, lamps in view, beacon anomalies and commands."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from time import monotonic

@@ -8,11 +8,7 @@ from typing import BinaryIO
 
 import numpy as np
 
-from floor_localizer.commands.options import (
-    add_mount_options,
-    add_worker_options,
-    task_runner,
-)
+from floor_localizer.commands.options import add_mount_options, add_worker_options, task_runner
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import SurveySettings

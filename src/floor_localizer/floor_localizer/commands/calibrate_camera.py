@@ -6,6 +6,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import yaml
 
 from floor_localizer.commands.options import add_mount_options, run_command
@@ -16,7 +17,7 @@ from floor_localizer.core.mat.mount_fit import KnownHeight
 from floor_localizer.files.dot_map_file import load_dot_map
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
-from shirube_ros.camera.files import load_calibration, load_image
+from shirube_ros.camera.files import calibration_text, load_calibration, load_image
 
 # Standard deviation of a height measured with a ruler; the optical centre is somewhere inside the lens [m].
 _RULER_SIGMA = 0.002
@@ -40,24 +41,9 @@ def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
 
 
 def save_intrinsics(path: Path, camera: PinholeCamera) -> None:
-    """Write the intrinsics, atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
-    content = {
-        'image_width': camera.width,
-        'image_height': camera.height,
-        'camera_name': 'belly_camera',
-        'camera_matrix': {'rows': 3, 'cols': 3, 'data': camera.matrix.ravel().tolist()},
-        'distortion_model': camera.model.value,
-        'distortion_coefficients': {
-            'rows': 1,
-            'cols': len(camera.distortion),
-            'data': list(camera.distortion),
-        },
-    }
-    write_text(path, yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
+    """Write the intrinsics, atomically; raises `OSError`."""
+    P = np.column_stack([camera.matrix, np.zeros(3)])
+    write_text(path, calibration_text('belly_camera', camera, np.eye(3), P))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

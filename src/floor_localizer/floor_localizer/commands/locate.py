@@ -1,7 +1,5 @@
 """``locate``: computes poses from a dot map and images or a bag, without ROS running."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections import Counter

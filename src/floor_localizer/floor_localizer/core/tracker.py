@@ -1,7 +1,5 @@
 """Tracking over time: poses predicted from odometry or velocity are priors; sparse views are merged by odometry."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import replace

@@ -39,17 +39,11 @@ _FEW_DOTS = 14
 class ViewSettings:
     """The camera's view, for the inspection of a map."""
 
-    view_size: float = setting(
-        0.09, 'side of the square of floor in view', unit='m', minimum=0.01, maximum=2.0
-    )
+    view_size: float = setting(0.09, 'side of the square of floor in view', 'm', (0.01, 2.0))
     dot_sigma: float = setting(
-        0.00015,
-        'standard deviation of a detected dot on the floor along each axis',
-        unit='m',
-        minimum=0.0,
-        maximum=0.01,
+        0.00015, 'standard deviation of a detected dot on the floor along each axis', 'm', (0.0, 0.01)
     )
-    places_max: int = setting(2000, 'maximum number of inspected places', minimum=1, maximum=10_000_000)
+    places_max: int = setting(2000, 'maximum number of inspected places', limits=(1, 10_000_000))
 
 
 class PlaceKind(Enum):

@@ -40,21 +40,13 @@ class DiskArrayStore:
     folder: Path
 
     def put(self, name: str, number: int, *arrays: NDArray[Any]) -> None:
-        """Store arrays; they replace those of the same name and number.
-
-        Raises:
-            OSError: the disk is full.
-        """
+        """Store arrays in place of those of the same name and number; raises `OSError`."""
         with atomic_write(self._path(name, number)) as file:
             for array in arrays:
                 write_array(file, array)
 
     def get(self, name: str, number: int) -> tuple[NDArray[Any], ...]:
-        """Return stored arrays.
-
-        Raises:
-            FloorLocalizerError: the file is not in this folder.
-        """
+        """Return stored arrays; raises `FloorLocalizerError`: the file is not in this folder."""
         arrays = []
         try:
             with self._path(name, number).open('rb') as file:

@@ -74,11 +74,7 @@ class BinaryMap:
 
 
 def save_binary(path: Path, binary_map: BinaryMap) -> None:
-    """Write a map atomically.
-
-    Raises:
-        DotMapError: the file cannot be written.
-    """
+    """Write a map atomically; raises `DotMapError`."""
     values = _values_of(binary_map)
     arrays = {name: np.ascontiguousarray(values[name], dtype) for name, dtype in TYPES.items()}
     locations = array_locations({name: array.shape for name, array in arrays.items()})

@@ -122,11 +122,7 @@ def load_csv(path: Path) -> DotMap:
 
 
 def save_csv(path: Path, dot_map: DotMap) -> None:
-    """Write a map atomically, rounded to a micrometre.
-
-    Raises:
-        DotMapError: the file cannot be written.
-    """
+    """Write a map atomically, rounded to a micrometre; raises `DotMapError`."""
     try:
         with atomic_write(path) as file:
             file.write(f'{HEADER}\n'.encode())

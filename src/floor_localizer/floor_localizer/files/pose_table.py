@@ -39,11 +39,7 @@ class LocatedImage:
 
 
 def save_pose_table(path: Path, images: Sequence[LocatedImage]) -> None:
-    """Write one line per image, in metres and radians, atomically.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write one line per image, in metres and radians, atomically; raises `OSError`."""
     rows = ([image.name, text_from_stamp(image.stamp_ns), *_fields(image)] for image in images)
     write_csv(path, COLUMNS, rows)
 

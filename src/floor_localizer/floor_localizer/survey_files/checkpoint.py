@@ -103,11 +103,7 @@ class Checkpoint:
         return self._load(f'{step}.npz')
 
     def save_step(self, step: str, **arrays: NDArray[Any]) -> None:
-        """Save the results of a step.
-
-        Raises:
-            OSError: the folder cannot be written to.
-        """
+        """Save the results of a step; raises `OSError`."""
         self._save(f'{step}.npz', **arrays)
 
     def load_dots(self, chunk: int) -> dict[int, Detection] | None:
@@ -124,11 +120,7 @@ class Checkpoint:
         return found
 
     def save_dots(self, chunk: int, found: dict[int, Detection]) -> None:
-        """Save the dots of a chunk of images.
-
-        Raises:
-            OSError: the folder cannot be written to.
-        """
+        """Save the dots of a chunk of images; raises `OSError`."""
         tables = [
             np.empty((0, 4))
             if isinstance(dots, str)
@@ -167,11 +159,7 @@ class Checkpoint:
         return 0 if content is None else int(content['number'])
 
     def save_submaps(self, span: int, submaps: Sequence[Submap]) -> None:
-        """Save the submaps of a span of images.
-
-        Raises:
-            OSError: the folder cannot be written to.
-        """
+        """Save the submaps of a span of images; raises `OSError`."""
         arrays: dict[str, object] = {'number': len(submaps)}
         for k, submap in enumerate(submaps):
             arrays |= {

@@ -148,11 +148,7 @@ class PackedImages(Sequence[SurveyImage]):
 
 
 def pack_images(path: Path, images: Iterable[SurveyImage]) -> PackedImages:
-    """Write images to a file.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write images to a file; raises `OSError`."""
     frames, counts = [], []
     with atomic_write(path) as file:
         for image in images:

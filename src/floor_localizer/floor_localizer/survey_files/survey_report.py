@@ -87,11 +87,7 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
 
 
 def save_observation_counts(path: Path, result: SurveyResult) -> None:
-    """Write each dot with the number of images that observed it.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write each dot with the number of images that observed it; raises `OSError`."""
     dots = result.dot_map
     with atomic_write(path) as file:
         file.write(b'x,y,diameter,count\n')
@@ -101,11 +97,7 @@ def save_observation_counts(path: Path, result: SurveyResult) -> None:
 
 
 def save_image_poses(path: Path, run: SurveyRun) -> None:
-    """Write the state of each image on the map.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write the state of each image on the map; raises `OSError`."""
     states = zip(run.result.images.tolist(), run.result.states.tolist(), strict=True)
     rows = ([run.images.frames[index].name, *(f'{value:.7f}' for value in state)] for index, state in states)
     write_csv(path, ('image', 'x', 'y', 'yaw', 'scale', 'roll', 'pitch'), rows)

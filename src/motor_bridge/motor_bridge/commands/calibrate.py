@@ -1,7 +1,5 @@
 """``calibrate``: wheel radius and separation from measured runs, written to the robot's parameter file."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import re

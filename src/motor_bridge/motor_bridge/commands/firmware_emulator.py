@@ -1,7 +1,5 @@
 """``firmware_emulator``: a simulated motor controller and robot on a pseudo-terminal."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import select

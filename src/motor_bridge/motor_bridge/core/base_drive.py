@@ -1,7 +1,5 @@
 """Wheel speed commands from cmd_vel: timeout, emergency stop, velocity limits and rounding to ticks."""
 
-from __future__ import annotations
-
 import math
 
 from motor_bridge.core.diff_drive_kinematics import TICKS_MAX, DiffDriveKinematics, Velocity

@@ -1,7 +1,5 @@
 """Calibration of wheel radius and separation from measured straights and turns."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

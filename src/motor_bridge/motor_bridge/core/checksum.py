@@ -1,7 +1,5 @@
 """Checksum of the text lines of firmware/motor_controller."""
 
-from __future__ import annotations
-
 _POLYNOMIAL = 0x107  # x⁸ + x² + x + 1
 
 

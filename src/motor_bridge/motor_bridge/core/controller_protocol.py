@@ -1,7 +1,5 @@
 """Interface between the bridge and the protocol of a motor controller: one file per protocol implements it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

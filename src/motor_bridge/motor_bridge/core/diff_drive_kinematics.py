@@ -1,7 +1,5 @@
 """Velocity of a differential drive base, and its kinematics in the units of the motor controller."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """State of the emergency stop: latched until it is released, with an optional heartbeat."""
 
-from __future__ import annotations
-
 import math
 
 

@@ -1,7 +1,5 @@
 """Plausibility check of encoder counts against the possible wheel motion, since the serial line has no checksums."""
 
-from __future__ import annotations
-
 import math
 from enum import Enum
 

@@ -1,7 +1,5 @@
 """Odometry and joint states from checked encoder counts."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ A line feed would become the letter of the next command, so none is sent. A repl
 expected format. The protocol has no checksum, but firmware/motor_controller accepts and sends them if the host does.
 """
 
-from __future__ import annotations
-
 import math
 import re
 

@@ -6,8 +6,6 @@ and the jerk limit J = j_v / a_v for both. The velocity moves along the straight
 below is exact. Plain pairs of floats are used for speed, since it runs 200 times a second.
 """
 
-from __future__ import annotations
-
 import math
 
 from motor_bridge.core.diff_drive_kinematics import Velocity

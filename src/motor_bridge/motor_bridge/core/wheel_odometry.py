@@ -1,7 +1,5 @@
 """Wheel odometry: pose and covariance from wheel distances."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The protocol of firmware/motor_controller: checksums, and an auto-stop that can be set."""
 
-from __future__ import annotations
-
 import re
 
 from motor_bridge.core.checksum import with_checksum, without_checksum

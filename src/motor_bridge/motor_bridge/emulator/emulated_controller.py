@@ -1,7 +1,5 @@
 """Emulated motor controller and robot, in externally driven time."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 

@@ -5,8 +5,6 @@ The division by ``output_divisor`` of the speed control truncates, so that a whe
 usual gains by two ticks per frame, which is 9 % of 22.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Fault injection on the serial line and the controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Serves an emulated controller on a pseudo-terminal, and advances it in real time."""
 
-from __future__ import annotations
-
 import os
 import pty
 import select

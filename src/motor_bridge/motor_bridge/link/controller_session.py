@@ -1,7 +1,5 @@
 """Session with the motor controller: handshake, command cycle, recovery from link errors, and their report."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field

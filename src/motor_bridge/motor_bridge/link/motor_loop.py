@@ -1,7 +1,5 @@
 """Thread that runs the session with the motor controller."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
 from threading import Event, Thread

@@ -1,7 +1,5 @@
 """The serial port of the motor controller."""
 
-from __future__ import annotations
-
 import errno
 import select
 import termios

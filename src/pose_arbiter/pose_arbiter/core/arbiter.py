@@ -1,7 +1,5 @@
 """Fuses poses and odometry, received in any order, into one pose."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left
 from collections import Counter

@@ -5,8 +5,6 @@ that treated them as independent would follow the source with the highest rate. 
 estimated and kept, so that the more accurate one still counts while only the other one publishes.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -77,12 +75,8 @@ def initialize_from_source(begin: Estimate, source: int, noise: Covariance, bias
         noise: covariance R of the measurement.
         bias_fraction: fraction of R that is bias.
     """
-    P, columns, bias_sigmas, L = (
-        begin.P.copy(),
-        _bias_columns(source),
-        begin.bias_sigmas.copy(),
-        bias_sqrt(noise),
-    )
+    P, bias_sigmas = begin.P.copy(), begin.bias_sigmas.copy()
+    columns, L = _bias_columns(source), bias_sqrt(noise)
     P[:3, columns] = -math.sqrt(bias_fraction) * L
     P[columns, :3] = P[:3, columns].T
     bias_sigmas[source] = L[_SIGMA_ENTRIES]
@@ -133,11 +127,7 @@ def compute_innovation(estimate: Estimate, pose: SE2) -> Vector:
 
 
 def update(
-    estimate: Estimate,
-    innovation: Vector,
-    source: int,
-    noise: Covariance,
-    bias_fraction: float,
+    estimate: Estimate, innovation: Vector, source: int, noise: Covariance, bias_fraction: float
 ) -> Estimate:
     """Measurement update with a pose z = p + √a L u + v: pose p, bias u of the source, white noise v.
 

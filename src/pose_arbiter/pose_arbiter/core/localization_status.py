@@ -1,7 +1,5 @@
 """Localization status: whether the pose is known, and from which input."""
 
-from __future__ import annotations
-
 import math
 from enum import Enum
 

@@ -1,7 +1,5 @@
 """Pose measurements, their status after outlier rejection, and reasons to reject a message before."""
 
-from __future__ import annotations
-
 from enum import Enum
 from typing import NamedTuple
 

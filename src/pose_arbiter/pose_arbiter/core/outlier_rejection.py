@@ -3,8 +3,6 @@
 The step is a pure function, so that replayed measurements give the same result as measurements that came in order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

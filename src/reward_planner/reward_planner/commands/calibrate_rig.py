@@ -1,7 +1,5 @@
 """``calibrate_rig``: three cameras in an L from images of a chessboard, as calibrations with a common rectification."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence
@@ -9,13 +7,13 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
-from reward_planner.core.depth.rig_calibration import CalibratedCamera, calibrate_rig, misalignment
+from reward_planner.core.depth.rig_calibration import calibrate_rig, misalignment
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.files import write_text
-from shirube_ros.camera.files import list_images, load_image
+from shirube_ros.camera.files import calibration_text, list_images, load_image
+from shirube_ros.camera.image import to_grey
 from shirube_ros.errors import CameraFileError
 
 _NAMES = ('left', 'right', 'top')
@@ -50,7 +48,8 @@ def calibrate(options: argparse.Namespace) -> list[str]:
     grid = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1)
     cameras = calibrate_rig(options.square * grid.reshape(-1, 2), views, size)
     for name, camera in zip(_NAMES, cameras, strict=True):
-        write_text(options.out / f'{name}.yaml', calibration_text(name, camera))
+        text = calibration_text(name, camera.camera, camera.rotation, camera.projection)
+        write_text(options.out / f'{name}.yaml', text)
     row, column = misalignment(cameras, [np.concatenate(seen) for seen in zip(*views, strict=True)])
     (_, right, top), f = (camera.projection[:, 3] for camera in cameras), cameras[0].projection[0, 0]
     return [
@@ -67,7 +66,7 @@ def _find_views(
     """Return the corners of the views in which all cameras see the board, and width and height of the images."""
     views, size = [], (0, 0)
     for view in files:
-        images = [_grey(path) for path in view]
+        images = [to_grey(load_image(path)) for path in view]
         height, width = images[0].shape
         size = size if any(size) else (width, height)
         if any(image.shape != size[::-1] for image in images):
@@ -77,31 +76,6 @@ def _find_views(
         if len(found) == len(_NAMES):
             views.append(found)
     return views, size
-
-
-def calibration_text(name: str, calibrated: CalibratedCamera) -> str:
-    """Return the text of the file that camera_calibration writes."""
-    camera = calibrated.camera
-    content = {
-        'image_width': camera.width,
-        'image_height': camera.height,
-        'camera_name': name,
-        'camera_matrix': _matrix(camera.matrix),
-        'distortion_model': 'plumb_bob',
-        'distortion_coefficients': _matrix(np.array([camera.distortion])),
-        'rectification_matrix': _matrix(calibrated.rotation),
-        'projection_matrix': _matrix(calibrated.projection),
-    }
-    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
-
-
-def _matrix(values: NDArray[np.float64]) -> dict[str, object]:
-    return {'rows': values.shape[0], 'cols': values.shape[1], 'data': np.round(values, 12).ravel().tolist()}
-
-
-def _grey(path: Path) -> NDArray[np.uint8]:
-    image = load_image(path)
-    return image if image.ndim == 2 else np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 
 def _find_corners(image: NDArray[np.uint8], board: tuple[int, int]) -> NDArray[np.float64] | None:

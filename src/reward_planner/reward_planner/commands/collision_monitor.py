@@ -1,7 +1,5 @@
 """``collision_monitor``: the node that limits velocities by fresh ranges, see docs/collision_monitor.md."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from shirube_ros.start import run_main

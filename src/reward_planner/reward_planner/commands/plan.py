@@ -1,7 +1,5 @@
 """``plan``: plans a route on a map_server map and writes CSV and PNG, without ROS running."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """``save_map``: calls the service ``~/save_map`` of a running node, without the ros2 command line."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

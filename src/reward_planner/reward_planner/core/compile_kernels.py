@@ -1,7 +1,5 @@
 """Compiles the numba kernels before the first frame."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reward_planner.core.depth.depth_points import points_from_depth_image

@@ -1,7 +1,5 @@
 """Keep-out and speed masks in the format of Nav2's costmap filters."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

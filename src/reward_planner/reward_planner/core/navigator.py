@@ -1,7 +1,5 @@
 """Mapping, planning and control of one robot: the node's logic without ROS messages."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Occupancy grids: geometry in the map frame, cell values, and clearance from obstacles."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Settings of the planner, and of the paper's reward rule."""
 
-from __future__ import annotations
-
 from dataclasses import astuple, dataclass, field
 
 import numpy as np
@@ -24,35 +22,31 @@ class PlannerSettings:
     robot_radius: float = setting(
         0.2,
         'radius of the circle around the robot; its centre keeps farther from obstacles',
-        unit='m',
-        minimum=0.0,
-        maximum=10.0,
+        'm',
+        (0.0, 10.0),
     )
     footprint: tuple[float, ...] = setting(
         (),
         'corners of the robot in base_frame, as in collision_monitor: x, y of the first, x, y of the second ...; empty '
         'takes the circle of robot_radius, which the greatest circle around base_frame in the footprint replaces else',
-        unit='m',
-        minimum=-10.0,
-        maximum=10.0,
+        'm',
+        (-10.0, 10.0),
     )
     inflation_radius: float = setting(
         0.55,
         'routes cost more up to this distance from obstacles; without effect below robot_radius + clearance_margin',
-        unit='m',
-        minimum=0.0,
-        maximum=10.0,
+        'm',
+        (0.0, 10.0),
     )
     cost_scaling_factor: float = setting(
         3.0,
         'decay k of the cost exp(-k (d - robot_radius - clearance_margin)) at a distance d from obstacles; 0 disables '
         'costs: the shortest route',
-        unit='1/m',
-        minimum=0.0,
-        maximum=100.0,
+        '1/m',
+        (0.0, 100.0),
     )
     cost_travel_multiplier: float = setting(
-        2.0, 'a metre at the greatest cost counts as so many metres more', minimum=0.0, maximum=100.0
+        2.0, 'a metre at the greatest cost counts as so many metres more', limits=(0.0, 100.0)
     )
     unknown: str = setting('free', 'whether routes may enter unknown cells', choices=('free', 'blocked'))
 
@@ -63,16 +57,13 @@ class RewardTable:
     """Table 1 of the paper: rewards and penalties of one step, in the rows of the table."""
 
     advance: float = setting(
-        100.0, 'row 1: a free step earns this/L - L, L cells from the goal', minimum=0.0, maximum=1e6
+        100.0, 'row 1: a free step earns this/L - L, L cells from the goal', limits=(0.0, 1e6)
     )
-    collision: float = setting(-1000.0, 'row 2: the step hits an obstacle', minimum=-1e6, maximum=0.0)
-    outside: float = setting(-1000.0, 'row 3: the step leaves the map', minimum=-1e6, maximum=0.0)
-    visited: float = setting(-250.0, 'row 4: the step enters a visited cell', minimum=-1e6, maximum=0.0)
+    collision: float = setting(-1000.0, 'row 2: the step hits an obstacle', limits=(-1e6, 0.0))
+    outside: float = setting(-1000.0, 'row 3: the step leaves the map', limits=(-1e6, 0.0))
+    visited: float = setting(-250.0, 'row 4: the step enters a visited cell', limits=(-1e6, 0.0))
     detour: float = setting(
-        -100.0,
-        'row 5: neither this step nor the last one goes straight to the goal',
-        minimum=-1e6,
-        maximum=0.0,
+        -100.0, 'row 5: neither this step nor the last one goes straight to the goal', limits=(-1e6, 0.0)
     )
 
     def reward_values(self) -> NDArray[np.float64]:
@@ -91,7 +82,7 @@ class RewardSettings:
         choices=('once', 'counted'),
     )
     virtual_steps_max: int = setting(
-        5000, 'maximum number of steps of the virtual search; 0 disables it', minimum=0, maximum=10_000_000
+        5000, 'maximum number of steps of the virtual search; 0 disables it', limits=(0, 10_000_000)
     )
     table: RewardTable = field(default_factory=RewardTable)
 

@@ -3,8 +3,6 @@
 Pixels become cells as in map_io.cpp of Nav2 (Jazzy).
 """
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

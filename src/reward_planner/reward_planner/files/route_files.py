@@ -1,7 +1,5 @@
 """Files of a route: its points and the rewards of its steps as CSV, and its picture."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

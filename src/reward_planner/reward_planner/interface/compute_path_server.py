@@ -1,7 +1,5 @@
 """Action server for Nav2's ComputePathToPose, if nav2_msgs is installed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future
 from functools import partial

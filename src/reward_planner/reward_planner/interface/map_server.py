@@ -1,7 +1,5 @@
 """Publishes, loads, saves and clears the map."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Subscriptions of the collision monitor to point clouds, depth images and laser scans."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

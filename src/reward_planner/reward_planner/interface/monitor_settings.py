@@ -1,7 +1,5 @@
 """Parameters of the node collision_monitor that are not those of its core, and the parameters of its sources."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass, field, make_dataclass
 from keyword import iskeyword

@@ -1,7 +1,5 @@
 """Action servers for Nav2's NavigateToPose and FollowPath, if nav2_msgs is installed."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Diagnostics of the node: state of the controller, counts of frames, points and poses."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable
 from typing import Any

@@ -1,7 +1,5 @@
 """Runs planning cycles in threads, so that the control cycle never waits for a route."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import TypeVar

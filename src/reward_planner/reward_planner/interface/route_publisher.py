@@ -1,7 +1,5 @@
 """Publishes the route and the lookahead point."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from geometry_msgs.msg import PoseStamped

@@ -1,7 +1,5 @@
 """Subscriptions to point clouds, depth images or three cameras; each passes on points in the optical frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

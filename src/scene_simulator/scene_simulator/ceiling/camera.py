@@ -1,7 +1,5 @@
 """A camera that looks up at lamps on a ceiling, with a global or a rolling shutter."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Lights about a room: coded ceiling lamps, plain lamps, windows; the shapes of their faces."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from enum import IntEnum

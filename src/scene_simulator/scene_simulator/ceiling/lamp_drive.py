@@ -1,7 +1,5 @@
 """A robot's drive under ceiling lamps: what its camera, its wheels and its inertial unit record, and the truth."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field

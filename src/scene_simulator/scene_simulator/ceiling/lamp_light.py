@@ -1,7 +1,5 @@
 """Renders lamps into a frame; their true projections."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

@@ -4,8 +4,6 @@ Each pixel's ray is followed to the plane of the lamp's face at the pixel's own 
 edge is known exactly; the gradient of the map from pixels to the plane turns it into pixels, in two Newton steps.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lens model: vignetting, and the blooming of bright lamps, eq. (4) of the paper."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

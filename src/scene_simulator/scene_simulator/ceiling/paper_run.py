@@ -5,8 +5,6 @@ degrees to the right about under lamp B and drives off along -x. The drive is th
 for; the caller chooses the waveforms.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """People between the camera and the ceiling: dark upright cylinders that occlude what is behind them."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Commands of the corridor: record a drive with a stereo rig as a bag with ground truth, write what the rig sees."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
@@ -29,10 +27,11 @@ from scene_simulator.corridor.stereo_drive import (
     StereoFrame,
     make_corridor_drive,
 )
-from scene_simulator.corridor.stereo_rig import StereoRig, calibration_yaml, raw_rig, render_pair
+from scene_simulator.corridor.stereo_rig import StereoRig, raw_rig, render_pair
 from scene_simulator.errors import SceneError
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2
+from shirube_ros.camera.files import calibration_text
 
 JPEG_QUALITY = 85
 
@@ -115,7 +114,8 @@ def _write_pair(folder: Path, design: CorridorDesign, rig: StereoRig, T_map_base
     pictures, calibrations = render_pair(scene, rig, T_map_base, rng), rig.calibrations()
     for side, picture, calibration in zip(('left', 'right'), pictures, calibrations, strict=True):
         (folder / f'{side}.png').write_bytes(bytes(cv2.imencode('.png', picture)[1]))
-        write_text(folder / f'{side}.yaml', calibration_yaml(calibration, side))
+        text = calibration_text(side, calibration.camera, calibration.rotation, calibration.projection)
+        write_text(folder / f'{side}.yaml', text)
     rows = [f'{name},{x:.6f},{y:.6f},{z:.6f}\n' for name, (x, y, z) in scene.points_map().items()]
     write_text(folder / 'points.csv', ''.join(['name,x,y,z\n', *rows]))
 

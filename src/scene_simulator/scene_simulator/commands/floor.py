@@ -1,7 +1,5 @@
 """Commands of the floor: lay a floor and write its dot map, record the demo drive over it, write a view of it."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

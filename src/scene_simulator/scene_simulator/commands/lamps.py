@@ -3,8 +3,6 @@
 What the lamps send comes from waveform files, such as ``vlc_beacon encode --csv`` writes.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Recording of a simulated drive as a rosbag2 bag: messages in the order of their stamps, and the command around it."""
 
-from __future__ import annotations
-
 import argparse
 import heapq
 from collections.abc import Callable, Iterable, Iterator

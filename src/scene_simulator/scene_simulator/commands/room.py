@@ -1,7 +1,5 @@
 """Records a drive through a furnished room as a bag, with ground truth poses and map."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path

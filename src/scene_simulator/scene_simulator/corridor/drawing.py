@@ -1,7 +1,5 @@
 """Drawing of flat shapes on a plane: rectangles, discs, strokes, text, screws."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Signs, notice boards, doors and pipes on a wall."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Random corridors with five meters in a row; each seed gives a different one."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Round meters with a needle, and switch cabinets with windows, lamps and switches on their front."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

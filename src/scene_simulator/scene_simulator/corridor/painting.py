@@ -3,8 +3,6 @@
 The texture is the grain of walls and floors: stains, plaster and specks, averaged beforehand for distant views.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Projection of shape outlines: clipping to the view frustum, lens distortion, clipping to the image."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

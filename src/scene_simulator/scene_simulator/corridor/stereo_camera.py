@@ -1,7 +1,5 @@
 """One camera of a stereo rig: from the shapes of a corridor to grey levels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

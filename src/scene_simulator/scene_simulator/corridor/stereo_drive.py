@@ -3,8 +3,6 @@
 ``RUNS`` are recorded drives in one corridor: one teach run and repeat runs with changed views.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

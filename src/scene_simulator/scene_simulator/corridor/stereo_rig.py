@@ -1,7 +1,5 @@
 """A stereo rig on a robot, and its calibration as camera_calibration reports it."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 
@@ -35,25 +33,6 @@ class CameraCalibration:
     camera: PinholeCamera
     rotation: NDArray[np.float64]
     projection: NDArray[np.float64]
-
-
-def calibration_yaml(calibration: CameraCalibration, name: str) -> str:
-    """Return the text of the file that camera_calibration writes for the camera of a name."""
-    camera = calibration.camera
-    parts = [
-        f'image_width: {camera.width}\nimage_height: {camera.height}\ncamera_name: {name}\n',
-        _matrix('camera_matrix', camera.matrix),
-        'distortion_model: plumb_bob\n',
-        _matrix('distortion_coefficients', np.array([camera.distortion])),
-        _matrix('rectification_matrix', calibration.rotation),
-        _matrix('projection_matrix', calibration.projection),
-    ]
-    return ''.join(parts)
-
-
-def _matrix(name: str, values: NDArray[np.float64]) -> str:
-    rows, cols = values.shape
-    return f'{name}:\n  rows: {rows}\n  cols: {cols}\n  data: {values.ravel().tolist()}\n'
 
 
 @dataclass(frozen=True)

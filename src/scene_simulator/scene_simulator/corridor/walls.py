@@ -1,7 +1,5 @@
 """The bare walls, floor and ceiling of a corridor, and of a rectangular room."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

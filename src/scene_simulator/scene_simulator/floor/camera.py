@@ -1,7 +1,5 @@
 """A camera under a robot's belly that photographs a floor."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache

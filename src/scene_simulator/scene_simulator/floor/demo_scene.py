@@ -1,7 +1,5 @@
 """The demo: the paper's floor, a small robot, an ordinary day's dirt, one drive out and back."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

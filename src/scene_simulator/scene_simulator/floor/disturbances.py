@@ -4,8 +4,6 @@ Each is a small class with ``apply_to(view)``. A reflection is fixed to the came
 to the floor. What hides chips counts as dirt in the view; what only changes the light does not.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """One view of the floor while it is painted, from the ground upwards, with exact area coverage of every pixel."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from functools import cached_property

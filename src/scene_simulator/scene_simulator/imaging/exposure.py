@@ -1,7 +1,5 @@
 """Exposure of a frame: when each row is exposed, the frame times, and the camera pose meanwhile."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

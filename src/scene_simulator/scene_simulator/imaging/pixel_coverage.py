@@ -1,7 +1,5 @@
 """Fraction of a pixel that a straight edge covers, by the integral of a clipped line."""
 
-from __future__ import annotations
-
 from numba import njit
 
 

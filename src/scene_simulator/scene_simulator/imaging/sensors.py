@@ -1,7 +1,5 @@
 """From the light of a scene to grey levels: lamps and lens, then the sensor."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

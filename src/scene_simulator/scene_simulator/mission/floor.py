@@ -1,7 +1,5 @@
 """The mission's floor: sparse round chips as of a printed mat, dirt, a carpet that hides them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """The mission's ceiling: lamps that send their IDs, two that send commands, four that are off."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -4,8 +4,6 @@ The room's lower left corner is the origin of the map. The building is always th
 and the exact start and goals.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

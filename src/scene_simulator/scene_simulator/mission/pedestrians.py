@@ -1,7 +1,5 @@
 """People who walk to and fro in the mission's room, and wait while the robot is in their way."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

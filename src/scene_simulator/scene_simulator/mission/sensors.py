@@ -1,7 +1,5 @@
 """Sensors of the mission's robot: each image depends only on the seed, its number and the true motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """Heave and tilt of a robot's body, the resulting camera mount, and what an inertial unit reads."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

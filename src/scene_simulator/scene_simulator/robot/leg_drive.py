@@ -1,7 +1,5 @@
 """A drive along straight legs whose corners are rounded to arcs, exact in closed form."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A robot's drive over the floor: a smooth route, driven within limits, and its true pose at any time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

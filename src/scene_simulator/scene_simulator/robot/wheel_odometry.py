@@ -1,7 +1,5 @@
 """Simulated wheel odometry of a differential drive: encoder ticks, wheel scale errors, slip and drift."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

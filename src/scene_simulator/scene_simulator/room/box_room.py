@@ -1,7 +1,5 @@
 """A room of boxes and its depth images: racks, table tops and overhangs are all boxes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Three cameras in an L, and grey images of a room of boxes with view-independent surface texture."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """People who walk at constant speed, what they push, and the test bodies of driverless trucks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from scene_simulator.errors import SceneError

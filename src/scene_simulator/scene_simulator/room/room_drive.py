@@ -1,7 +1,5 @@
 """A robot with three cameras drives once around a furnished room."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from functools import cached_property

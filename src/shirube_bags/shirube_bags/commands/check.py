@@ -1,7 +1,5 @@
 """``check``: compare poses with ground truth; fail if an error exceeds its limit."""
 
-from __future__ import annotations
-
 import argparse
 import csv
 import json

@@ -1,7 +1,5 @@
 """``play``: replay a bag to live nodes, lossless, with ``/clock``."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

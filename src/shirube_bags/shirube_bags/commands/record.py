@@ -1,7 +1,5 @@
 """``record``: record live topics into a bag, which is created atomically."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -1,7 +1,5 @@
 """``room``: drive a simulated robot through a room to three goals; each node runs in its own process."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """The figures of the report: top views of the room, and errors, measurement status, speed and timing over time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The report of a mission: a page with result, tables of goals, accuracy, commands and timing, and the figures."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

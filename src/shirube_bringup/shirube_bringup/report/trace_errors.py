@@ -1,7 +1,5 @@
 """Pose errors against ground truth, and the times of the robot in each zone."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Atomic writes: a file is either complete or unchanged."""
 
-from __future__ import annotations
-
 import csv
 import io
 import os

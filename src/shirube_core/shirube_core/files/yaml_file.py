@@ -1,7 +1,5 @@
 """Reading of YAML files written by users, with one-line errors."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable
 from pathlib import Path

@@ -6,8 +6,6 @@ Pixel coordinates have their origin in the centre of the upper left pixel, u to 
 Points and rays are in the camera's optical frame: x right, y down, z forward.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from dataclasses import dataclass

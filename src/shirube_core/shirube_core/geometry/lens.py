@@ -4,8 +4,6 @@ A polynomial is fitted to the image of the calibration. Beyond the radius at whi
 that two rays have the same pixel: there, both directions return NaN instead of a wrong point.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import StrEnum

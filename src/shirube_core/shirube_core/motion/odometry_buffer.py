@@ -1,7 +1,5 @@
 """Buffer of poses by stamp, sorted: the pose at a stamp and the motion between two stamps."""
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_left, bisect_right
 from enum import Enum

@@ -1,7 +1,5 @@
 """Builds settings from values by name and checks them; former names are rejected with the new one."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import math

@@ -4,15 +4,13 @@ A settings class is a frozen dataclass in which every field has a default::
 
     @dataclass(frozen=True)
     class DotSettings:
-        minimum_diameter: float = setting(0.001, 'smallest dot kept', unit='m', minimum=0.0, maximum=0.1)
+        minimum_diameter: float = setting(0.001, 'smallest dot kept', 'm', (0.0, 0.1))
 
 
     @dataclass(frozen=True)
     class FloorSettings:
         dots: DotSettings = field(default_factory=DotSettings)  # holds 'dots.minimum_diameter'
 """
-
-from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Collection, Iterator
@@ -89,10 +87,9 @@ class SettingDescription:
 def setting(
     default: Value,
     description: str,
-    *,
     unit: str = '',
-    minimum: float | None = None,
-    maximum: float | None = None,
+    limits: tuple[float | None, float | None] = (None, None),
+    *,
     choices: tuple[Value, ...] = (),
     former_name: str = '',
 ) -> Value:
@@ -102,8 +99,7 @@ def setting(
         default: the default value.
         description: one sentence for the robot's owner.
         unit: unit of the value, ``''`` where it has none.
-        minimum: smallest allowed value, in ``unit``; holds for each element of a tuple.
-        maximum: largest allowed value, in ``unit``; holds for each element of a tuple.
+        limits: smallest and largest allowed value, in ``unit``, of each element of a tuple; None without a limit.
         choices: allowed values, empty if any value is allowed.
         former_name: name in earlier versions, which is now rejected with the new name in the message.
 
@@ -113,8 +109,8 @@ def setting(
     facts = {
         'description': description,
         'unit': unit,
-        'minimum': minimum,
-        'maximum': maximum,
+        'minimum': limits[0],
+        'maximum': limits[1],
         'choices': choices,
         'former_name': former_name,
     }

@@ -4,8 +4,6 @@
 not, its images are dark. YUV is that of ITU-R BT.601 with 16 to 235 for black to white, as V4L2 defines it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 

@@ -1,14 +1,14 @@
 """Camera calibrations (YAML of ``camera_calibration``) and images on disk."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
+from sensor_msgs.msg import CameraInfo
 
 from shirube_core.files import YamlFileError, format_value, is_number, read_yaml
 from shirube_core.geometry import PinholeCamera
@@ -41,6 +41,50 @@ def load_calibration(path: Path) -> PinholeCamera:
         return camera_from_camera_info(camera_info, str(path))
     except CameraInfoError as fault:
         raise CalibrationError(str(fault)) from fault
+
+
+def load_camera_info(path: Path) -> CameraInfo:
+    """Load a calibration with R and P, if it has them; raise a CalibrationError if the file is invalid."""
+    camera, content = load_calibration(path), read_yaml(path)
+    info = CameraInfo(width=camera.width, height=camera.height, distortion_model=camera.model.value)
+    info.d, info.k = list(camera.distortion), camera.matrix.ravel()
+    for name, field, count in (('r', 'rectification_matrix', 9), ('p', 'projection_matrix', 12)):
+        if field in content:
+            numbers = _numbers(path, content, field)
+            if len(numbers) != count:
+                raise CalibrationError(
+                    f'{path}: {field} has {len(numbers)} numbers instead of {count}; {_REMEDY}'
+                )
+            setattr(info, name, numbers)
+    return info
+
+
+def calibration_text(
+    name: str, camera: PinholeCamera, rotation: NDArray[np.float64], projection: NDArray[np.float64]
+) -> str:
+    """Return the text of the file that camera_calibration writes.
+
+    Args:
+        name: name of the camera.
+        camera: intrinsics of the raw image.
+        rotation: R from the raw optical frame to the rectified one, shape (3, 3).
+        projection: P of the rectified image, shape (3, 4).
+    """
+    content = {
+        'image_width': camera.width,
+        'image_height': camera.height,
+        'camera_name': name,
+        'camera_matrix': _matrix(camera.matrix),
+        'distortion_model': camera.model.value,
+        'distortion_coefficients': _matrix(np.array([camera.distortion])),
+        'rectification_matrix': _matrix(rotation),
+        'projection_matrix': _matrix(projection),
+    }
+    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
+
+
+def _matrix(values: NDArray[np.float64]) -> dict[str, object]:
+    return {'rows': values.shape[0], 'cols': values.shape[1], 'data': np.round(values, 12).ravel().tolist()}
 
 
 def _size(path: Path, content: dict[str, Any], field: str) -> int:

@@ -1,7 +1,5 @@
 """Conversion of image messages to arrays and back, copying only where needed."""
 
-from __future__ import annotations
-
 from array import array
 
 import cv2
@@ -105,6 +103,13 @@ def decode_file(data: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
     if eight.ndim == 3 and eight.shape[2] == 4:
         return np.asarray(cv2.cvtColor(eight, cv2.COLOR_BGRA2BGR), dtype=np.uint8)
     return eight
+
+
+def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Convert an image, grey of shape (h, w) or BGR of shape (h, w, 3), to grey, shape (h, w)."""
+    return (
+        pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+    )
 
 
 def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:

@@ -1,7 +1,5 @@
 """Conversion of CameraInfo to camera models: of the raw image (K, D) and of the rectified one (P)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

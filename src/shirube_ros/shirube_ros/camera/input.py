@@ -1,7 +1,5 @@
 """Subscription to a camera's images, raw or compressed, with their calibration."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Generic, TypeVar
 

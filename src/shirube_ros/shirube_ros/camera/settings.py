@@ -1,7 +1,5 @@
 """Parameters of every node with a camera."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -19,16 +17,14 @@ class CameraSettings:
     camera_xyz: tuple[float, float, float] = setting(
         _DOWNWARD.xyz,
         'position of the optical frame in base_frame, whose plane z = 0 is the floor',
-        unit='m',
-        minimum=-10.0,
-        maximum=10.0,
+        'm',
+        (-10.0, 10.0),
     )
     camera_rpy: tuple[float, float, float] = setting(
         _DOWNWARD.rpy,
         'fixed-axis roll, pitch, yaw of the optical frame in base_frame',
-        unit='rad',
-        minimum=-math.tau,
-        maximum=math.tau,
+        'rad',
+        (-math.tau, math.tau),
     )
     map_frame: str = setting('map', 'frame in which poses are published')
     base_frame: str = setting('base_link', 'frame of the robot whose pose is published')

@@ -2,8 +2,6 @@
 
 # ruff: noqa: T201 the messages of a command
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence

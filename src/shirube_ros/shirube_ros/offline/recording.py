@@ -1,7 +1,5 @@
 """The messages of a bag as a localizer's node receives them, without ROS running."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar

@@ -1,7 +1,5 @@
 """``locate``: localizes the robot at taught places from images or a bag, without ROS running."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections import Counter

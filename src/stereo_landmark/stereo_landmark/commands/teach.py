@@ -1,8 +1,7 @@
 """``teach``: teaches a place from stereo images, on a page in the browser or from a config file."""
 
-from __future__ import annotations
-
 import argparse
+import dataclasses
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -34,7 +33,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if the place cannot be taught."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     own = given[: given.index('--ros-args')] if '--ros-args' in given else given
-    options = make_parser().parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
+    parser = make_parser()
+    options = parser.parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
+    if options.accept and options.drive is None:
+        parser.error('--accept goes with --drive')
     try:
         if options.batch is not None:
             teach_batch(options.batch, options.places, replace=options.replace)
@@ -52,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _error_message(fault: OSError, options: argparse.Namespace) -> str:
-    if fault.filename is None and options.batch is None:
+    if fault.filename is None and options.batch is None and not options.accept:
         return f'{fault.strerror}; choose another --host or --port'
     # The error of a full disk has no file name.
     return f'{fault.filename or options.places}: {fault.strerror}; choose a writable place'
@@ -74,11 +76,14 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     if file.exists() and not replace:
         raise StereoLandmarkError(f'{file} exists; give --replace, or another name')
     # (a) Image processing: the primitives of the rectified pair.
-    images, rig = load_pair(config)
+    images, rig, check = load_pair(config)
+    print(check.summary)
     left, right = (detect_scene(image, config.processing) for image in (images.left, images.right))
     teacher = Teacher(StereoView(left, right, rig, images.tilt), config.processing)
     # (b) Targets: primitives in their order of detection; (c) corresponding points with their 3D coordinates.
-    selections = [_select_target(target, teacher) for target in config.targets]
+    selections, refused = _drop_refused(
+        [_select_target(target, teacher) for target in config.targets], teacher
+    )
     place = teacher.teach(config.name, selections, config.T_map_place)
     # (d) Procedure tree: the place must be recognized in its own images.
     settings = LandmarkSettings(method=SHAPES)  # features would find any place
@@ -90,7 +95,7 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
         )
     saved = save_place(places, place, images, replace_damaged=replace)
     _print_points(place.coordinates)
-    for line in (*undetected_targets(answer), *_selection_warnings(selections, teacher)):
+    for line in (*refused, *undetected_targets(answer), *_selection_warnings(selections, teacher)):
         print(f'warning: {line}')
     print(f'{place.name} is taught, with {len(place.context_landmarks)} context landmarks; see {saved}')
 
@@ -102,6 +107,31 @@ def _select_target(target: TargetConfig, teacher: Teacher) -> TargetSelection:
         return TargetSelection(target.name, chosen, target.points, processing=target.processing)
     except StereoLandmarkError as fault:
         raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
+
+
+def _drop_refused(
+    selections: Sequence[TargetSelection], teacher: Teacher
+) -> tuple[list[TargetSelection], list[str]]:
+    """Return the selections without primitives that cannot be measured, and a line for each of these.
+
+    Raises:
+        StereoLandmarkError: nothing is left.
+    """
+    usable, lines = [], []
+    for selection in selections:
+        kept = {}
+        for part, shape in selection.primitives.items():
+            try:
+                teacher.measure_named(selection, part)
+                kept[part] = shape
+            except StereoLandmarkError as fault:
+                lines.append(f'{fault}; the place is taught without it')
+        points = selection.points and tuple(p for p in selection.points if p.rpartition('/')[0] in kept)
+        if kept and points != ():
+            usable.append(dataclasses.replace(selection, primitives=kept, points=points))
+    if not usable:
+        raise StereoLandmarkError(f'no primitive can be measured: {"; ".join(lines)}')
+    return usable, lines
 
 
 def _print_points(points: SpatialPoints) -> None:
@@ -146,12 +176,21 @@ def make_parser() -> argparse.ArgumentParser:
         '--left', type=Path, nargs='+', help='folder of left images, or left images; the first pair is taught'
     )
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
+    source.add_argument(
+        '--drive',
+        type=Path,
+        metavar='BAG',
+        help='rosbag2 of a short drive around the place; proposes shapes that are found again for the page or --accept',
+    )
     source.add_argument('--place', type=Path, metavar='YAML', help='taught place to edit')
     source.add_argument(
         '--live', action='store_true', help='subscribe to left/image_rect and so on; --ros-args may follow'
     )
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
-    add('--replace', action='store_true', help='allow --batch to replace a place of the same name')
+    add(
+        '--replace', action='store_true', help='allow --batch or --accept to replace a place of the same name'
+    )
+    add('--accept', action='store_true', help='save what --drive proposes, without the page')
     _add_page_options(add)
     return parser
 

@@ -1,7 +1,5 @@
 """Compiles all numba kernels by teaching and localizing a drawn wall, so that no real pair waits for the compiler."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """Results of localization at taught places."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

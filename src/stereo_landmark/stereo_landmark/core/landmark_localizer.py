@@ -1,7 +1,5 @@
 """Localizes the robot at taught places from stereo images (paper 3.4, fig. 6)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

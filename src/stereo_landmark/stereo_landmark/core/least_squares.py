@@ -1,7 +1,5 @@
 """Small least squares problems inside numba kernels, where a LAPACK call costs more than the work itself."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -100,7 +100,8 @@ class StereoImages:
 
 DISPARITY_MIN = 0.5
 """Minimum disparity; a point below it is too far away, or a wrong match [px]."""
-ROW_GATE_SIGMAS = 5.0
+ROW_GATE_SIGMAS, ROW_TOLERANCE = 5.0, 0.3
+"""Largest row difference of a point [standard deviations], or, as calibrations have it, [px]."""
 ITERATIONS = 3
 
 
@@ -180,7 +181,8 @@ def is_in_same_row(points: StereoPoints, pixel_sigma: float) -> Masks:
     """
     variances = points.covariances[:, 1, 1] + points.covariances[:, 3, 3] - 2.0 * points.covariances[:, 1, 3]
     row_difference = np.abs(points.pixels[:, 1] - points.pixels[:, 3])
-    return np.asarray(row_difference <= ROW_GATE_SIGMAS * np.sqrt(variances + 2.0 * pixel_sigma**2))
+    gate = ROW_GATE_SIGMAS * np.sqrt(variances + 2.0 * pixel_sigma**2)
+    return np.asarray(row_difference <= np.maximum(gate, ROW_TOLERANCE))
 
 
 def add_calibration_noise(points: StereoPoints, pixel_sigma: float) -> StereoPoints:

@@ -5,8 +5,6 @@ confirmation are features detected and matched in the whole image. A pose of the
 explains the same features elsewhere, as in rows of equal objects.
 """
 
-from __future__ import annotations
-
 from enum import Enum
 from typing import NamedTuple
 

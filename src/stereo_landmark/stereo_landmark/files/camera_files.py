@@ -1,7 +1,5 @@
 """Grey images, camera calibrations and recorded stereo pairs."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Writes localization results: a CSV file with all stereo pairs, and trajectories."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

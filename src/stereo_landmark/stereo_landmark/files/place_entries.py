@@ -1,7 +1,5 @@
 """Converts a taught place to and from the five sections of its file (paper 3.3)."""
 
-from __future__ import annotations
-
 import dataclasses
 from typing import Any
 

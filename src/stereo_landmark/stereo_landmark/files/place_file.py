@@ -1,7 +1,5 @@
 """Reads and writes taught places: one YAML file with the five sections of the paper (3.3), and its stereo pair."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
 from pathlib import Path

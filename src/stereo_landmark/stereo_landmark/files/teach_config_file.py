@@ -1,7 +1,5 @@
 """Loads a lesson of ``teach --batch``: the selections otherwise made on the teaching page, and its stereo pair."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,8 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
-from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, pair_fault, stereo_rig
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
+from stereo_landmark.core.pair.rectification_check import PairCheck, check_pair
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -182,8 +181,8 @@ CameraImage = tuple[NDArray[np.uint8], CameraCalibration]
 """Grey image, shape (h, w), and the calibration of its camera."""
 
 
-def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig]:
-    """Load the pair of a config, rectified, and its cameras.
+def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig, PairCheck]:
+    """Load the pair of a config, rectified, its cameras, and how well it is rectified.
 
     Raises:
         StereoLandmarkError: the calibrations are not a stereo pair, or do not match the images.
@@ -203,10 +202,10 @@ def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig]:
                 f'{calibration.width} x {calibration.height} px; calibrate at the resolution in use'
             )
         images.append(Rectifier(calibration).rectify(image) if config.is_raw else image)
-    fault = pair_fault(images[0], images[1], rig)
-    if fault is not None:
-        raise StereoLandmarkError(fault.value)
-    return StereoImages(images[0], images[1], config.tilt or tilt or (0.0, 0.0)), rig
+    check = check_pair(images[0], images[1], rig)
+    if check.fault is not None:
+        raise StereoLandmarkError(check.summary)
+    return StereoImages(images[0], images[1], config.tilt or tilt or (0.0, 0.0)), rig, check
 
 
 def _load_from_files(source: CalibratedImages) -> tuple[CameraImage, CameraImage]:

@@ -1,7 +1,5 @@
 """Reads YAML files that users edit, with validation against a JSON Schema and one-line error messages."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from difflib import get_close_matches

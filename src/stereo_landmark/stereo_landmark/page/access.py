@@ -1,7 +1,5 @@
 """Access control of the page: open on this machine, with a token from elsewhere."""
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import ipaddress

@@ -1,7 +1,5 @@
 """Stereo pairs of live cameras for the page, captured on request."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

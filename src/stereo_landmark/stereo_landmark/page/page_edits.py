@@ -1,7 +1,5 @@
 """Edit commands of the page, and the fields of its requests."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Web server of the teaching page: static files, images and one WebSocket for requests."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import logging

@@ -1,7 +1,5 @@
 """Sources of stereo pairs for the page: files, bags and edited places."""
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Callable, Sequence
@@ -13,7 +11,8 @@ from tqdm import tqdm
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import CameraMount
 from shirube_ros.camera.files import list_images
-from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, pair_fault, stereo_rig
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
+from stereo_landmark.core.pair.rectification_check import PairCheck, check_pair
 from stereo_landmark.core.stereo import StereoImages, StereoRig, calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import (
@@ -48,6 +47,7 @@ class StereoPairs:
         raw: tuple[CameraCalibration, CameraCalibration] | None = None,
     ) -> None:
         self.rig = rig
+        self.check = PairCheck(0)  # of the latest pair
         self.labels = labels
         self._read = read
         self._rectifiers = [Rectifier(each) for each in raw or ()]
@@ -78,9 +78,9 @@ class StereoPairs:
         left, right = pair.left, pair.right
         if self._rectifiers:
             left, right = self._rectifiers[0].rectify(left), self._rectifiers[1].rectify(right)
-        fault = pair_fault(left, right, self.rig)
-        if fault is not None:
-            raise StereoLandmarkError(fault.value)
+        self.check = check_pair(left, right, self.rig)
+        if self.check.fault is not None:
+            raise StereoLandmarkError(self.check.summary)
         return StereoImages(left, right, pair.tilt)
 
 

@@ -1,7 +1,5 @@
 """Saves places of a session without overwriting changes made elsewhere."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from pathlib import Path

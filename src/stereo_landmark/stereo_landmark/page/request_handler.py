@@ -1,7 +1,5 @@
 """Handles the requests of the page sequentially, with JSON requests and responses."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from enum import Enum
 from functools import partial

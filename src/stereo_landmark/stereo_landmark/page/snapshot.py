@@ -1,7 +1,5 @@
 """State and results of a session as JSON for the page."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Iterable
 from typing import Any

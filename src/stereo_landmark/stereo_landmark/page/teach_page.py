@@ -1,13 +1,12 @@
 """Runs the teaching page."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from stereo_landmark.core.teaching.edits import TeachingState, rename_place, sta
 from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
 from stereo_landmark.page.access import is_loopback, new_token, reachable_host
+from stereo_landmark.page.drive_teaching import propose_from_drive
 from stereo_landmark.page.page_server import PageServer, serve
 from stereo_landmark.page.pair_source import StereoPairs, bag_pairs, file_pairs, join_pairs, taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver
@@ -39,6 +39,9 @@ def open_page(options: argparse.Namespace) -> None:
     """
     _check_options(options)
     with _source(options) as source:
+        if options.accept:
+            propose_from_drive(source, options)
+            return
         token = '' if is_loopback(options.host) else new_token()
         answers = _make_handler(source, options)
         answers.images(answers.session.state.pair)
@@ -89,6 +92,10 @@ def _save_draft(answers: RequestHandler, options: argparse.Namespace) -> None:
 
 
 def _make_handler(source: StereoPairs, options: argparse.Namespace) -> RequestHandler:
+    if options.drive is not None:
+        proposal = propose_from_drive(source, options)
+        state = replace(state_from_place(proposal.place), pair=proposal.taught)
+        return RequestHandler(source, PlaceSaver(options.places), state)
     if options.place is None:
         return RequestHandler(source, PlaceSaver(options.places), TeachingState(name=options.name))
     folder = _folder(options)
@@ -114,6 +121,7 @@ def _source(options: argparse.Namespace) -> Iterator[StereoPairs]:
 def _load_recorded(options: argparse.Namespace, mount: CameraMount) -> StereoPairs:
     if options.place is not None:
         return taught_pair(options.place)
+    options.bag = options.bag or options.drive
     return bag_pairs(options, mount) if options.bag else file_pairs(options, mount)
 
 

@@ -1,7 +1,5 @@
 """``calibrate``: blooming of a lamp from images at known distances."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

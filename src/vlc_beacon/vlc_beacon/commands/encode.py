@@ -1,7 +1,5 @@
 """``encode``: encode an ID, data or signed commands as a lamp waveform and as a frame for the lamp firmware."""
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys

@@ -1,7 +1,5 @@
 """Serial connection to a lamp with `firmware/led_beacon`, whose README specifies the protocol."""
 
-from __future__ import annotations
-
 import os
 import select
 import termios

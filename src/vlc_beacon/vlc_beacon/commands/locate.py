@@ -1,7 +1,5 @@
 """``locate``: poses from a beacons file and images or a bag, without ROS running."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections import Counter

@@ -1,7 +1,5 @@
 """``make_key``: create a secret key for commands, to be copied to the robot and to the host that encodes them."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """``renew_counters``: reset the counter file of a robot, for a new key or after the file was lost."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence

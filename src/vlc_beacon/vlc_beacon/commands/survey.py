@@ -1,7 +1,5 @@
 """``survey``: beacon positions from a recorded drive with known poses."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Beacons file (YAML): ``beacons: [{id: 1, xyz: [x, y, z], radius: 0.0325, frequency: ...}]``."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Sequence

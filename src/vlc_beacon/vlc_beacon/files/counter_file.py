@@ -5,8 +5,6 @@ counters may start at 0, because commands signed with the old key are invalid. W
 all counters ever used, and the lamps must be given new commands. Counters in seconds since 1970 satisfy both.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Key file: hexadecimal digits in a file that only its owner can read."""
 
-from __future__ import annotations
-
 import os
 import secrets
 import stat

@@ -1,7 +1,5 @@
 """Results of images located offline, and their CSV files: poses, and messages of the lamps."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Images of a recorded drive with known camera poses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

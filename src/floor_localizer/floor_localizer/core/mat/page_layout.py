@@ -30,13 +30,9 @@ _MAX_PAGES = 1000
 class PageSettings:
     """The paper."""
 
-    margin: float = setting(
-        0.012, 'margin of each page, which contains the marks', unit='m', minimum=0.01, maximum=0.05
-    )
-    overlap: float = setting(
-        0.01, 'overlap of two pages that are glued together', unit='m', minimum=0.0, maximum=0.05
-    )
-    roll_width: float = setting(0.914, 'width of the roll', unit='m', minimum=0.1, maximum=5.0)
+    margin: float = setting(0.012, 'margin of each page, which contains the marks', 'm', (0.01, 0.05))
+    overlap: float = setting(0.01, 'overlap of two pages that are glued together', 'm', (0.0, 0.05))
+    roll_width: float = setting(0.914, 'width of the roll', 'm', (0.1, 5.0))
 
 
 @dataclass(frozen=True)

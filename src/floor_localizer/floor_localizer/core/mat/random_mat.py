@@ -27,17 +27,11 @@ _TRIALS = 5
 class MatSettings:
     """The dots of a mat."""
 
-    width: float = setting(
-        0.0, 'width of the mat along x; 0 fills one page', unit='m', minimum=0.0, maximum=20.0
-    )
-    height: float = setting(
-        0.0, 'height of the mat along y; 0 fills one page', unit='m', minimum=0.0, maximum=20.0
-    )
-    density: float = setting(5000.0, 'dots per square metre', unit='1/m^2', minimum=50.0, maximum=100_000.0)
-    diameter: float = setting(0.0025, 'diameter of a dot', unit='m', minimum=0.0005, maximum=0.05)
-    spacing: float = setting(
-        0.004, 'smallest distance between the centres of two dots', unit='m', minimum=0.0005, maximum=0.2
-    )
+    width: float = setting(0.0, 'width of the mat along x; 0 fills one page', 'm', (0.0, 20.0))
+    height: float = setting(0.0, 'height of the mat along y; 0 fills one page', 'm', (0.0, 20.0))
+    density: float = setting(5000.0, 'dots per square metre', '1/m^2', (50.0, 100_000.0))
+    diameter: float = setting(0.0025, 'diameter of a dot', 'm', (0.0005, 0.05))
+    spacing: float = setting(0.004, 'smallest distance between the centres of two dots', 'm', (0.0005, 0.2))
 
 
 @dataclass(frozen=True)

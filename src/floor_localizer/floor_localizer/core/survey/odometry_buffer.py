@@ -1,7 +1,5 @@
 """Odometry of a whole drive, interpolated at the stamps of its images."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -34,11 +34,7 @@ class CsvChunk:
 
 
 def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a file.
-
-    Raises:
-        DotMapError: the file cannot be read.
-    """
+    """Return the SHA-256 of a file; raises `DotMapError`."""
     digest = hashlib.sha256()
     try:
         with path.open('rb') as file:

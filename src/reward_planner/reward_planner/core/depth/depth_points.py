@@ -1,7 +1,5 @@
 """Points from a depth image."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

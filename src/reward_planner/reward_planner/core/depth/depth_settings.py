@@ -1,7 +1,5 @@
 """Settings of stereo matching."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
@@ -18,18 +16,12 @@ class DepthSettings:
         choices=('sgbm', 'bm'),
     )
     disparities: int = setting(
-        64, 'largest disparity, a multiple of 16; nearer points are lost', unit='px', minimum=16, maximum=512
+        64, 'largest disparity, a multiple of 16; nearer points are lost', 'px', (16, 512)
     )
-    block: int = setting(3, 'side of a matched block, odd', unit='px', minimum=3, maximum=31)
-    uniqueness: int = setting(
-        10, 'uniqueness ratio: margin of the best match over others', unit='%', minimum=0, maximum=99
-    )
+    block: int = setting(3, 'side of a matched block, odd', 'px', (3, 31))
+    uniqueness: int = setting(10, 'uniqueness ratio: margin of the best match over others', '%', (0, 99))
     speckle: int = setting(
-        60,
-        'speckle filter: smaller islands of depth are dropped, 0 disables it',
-        unit='px',
-        minimum=0,
-        maximum=10_000,
+        60, 'speckle filter: smaller islands of depth are dropped, 0 disables it', 'px', (0, 10_000)
     )
     fusion: str = setting(
         'union',
@@ -37,11 +29,7 @@ class DepthSettings:
         choices=('union', 'agreement'),
     )
     agreement: float = setting(
-        1.0,
-        'largest difference of disparities at which two pairs agree',
-        unit='px',
-        minimum=0.1,
-        maximum=10.0,
+        1.0, 'largest difference of disparities at which two pairs agree', 'px', (0.1, 10.0)
     )
 
 

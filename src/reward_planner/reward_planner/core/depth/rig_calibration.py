@@ -6,8 +6,6 @@ left-top baseline is then in the image plane, but not quite along the columns, s
 shear of all three images, P[0, 1], aligns them: u = f (X + s Y) / Z is the same in left and top if s = -b_x / b_y.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

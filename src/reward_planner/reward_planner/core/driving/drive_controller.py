@@ -1,7 +1,5 @@
 """The drive controller: follows the route to the goal and stops on stale input, commands and obstacles."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -23,18 +21,19 @@ from reward_planner.core.driving.moving_obstacle_policy import (
     MovingObstaclePolicy,
     nearby_obstacles,
     obstacle_cells,
-    predict_conflict,
     with_obstacles,
 )
 from reward_planner.core.driving.path_following import (
     braking_speed_limit,
     lookahead_point,
+    mask_speed_limit,
     route_speed_limit,
     velocity_towards,
 )
 from reward_planner.core.driving.recovery import Recovery, RecoveryBehavior
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.driving.route_planning import RoutePlanning, RunPlanning, run_at_once
+from reward_planner.core.driving.stuck_check import STUCK_DETAIL, StuckCheck
 from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
@@ -42,7 +41,6 @@ from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import DrivingError
 from shirube_core.geometry import SE2, wrap_angle
 
-_STUCK_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _REACH_MARGIN = 1.0  # of the costmap around the robot, which may be off its route [m]
 _GAP = 0.1  # distance that the robot keeps before the path of a moving obstacle [m]
@@ -76,17 +74,15 @@ class DriveController:
         self.command_state = LightCommandState(driving.max_linear_velocity)
         self.moving_obstacles: Sequence[MovingObstacle] = ()
         self.recovery = Recovery(clear_around, self._discard_route)
-        self.goal_count = 0
         self.goal: SE2 | None = None
+        self.goal_count, self._stuck, self._last_step_time = 0, StuckCheck(), math.nan
         self._global_map, self._settings = global_map, driving
         self._planner, self._reward = planner, reward
         self._smoother = VelocitySmoother(driving)
         self._look_around = LookAround(global_map) if driving.look_around else None
-        self._policy = MovingObstaclePolicy()
+        self._policy, self._inputs = MovingObstaclePolicy(), DriveInputs()
         self._path: NDArray[np.float64] | None = None
         self._arrival, self._is_goal_reached = GoalArrival(), False
-        self._inputs = DriveInputs()
-        self._last_motion_time = self._last_step_time = math.nan
 
     def apply_settings(
         self, planner: PlannerSettings, reward: RewardSettings, driving: DrivingSettings
@@ -118,7 +114,7 @@ class DriveController:
             raise DrivingError('the goal is not finite; give x, y and yaw')
         self.goal, self._arrival, self._is_goal_reached = T_map_goal, GoalArrival(), False
         self.goal_count += 1
-        self._last_motion_time = math.nan
+        self._stuck.reset()
         self.command_state.cancel_turn()  # it belonged to the previous goal
         self._path = path_map
         self.recovery.reset()
@@ -191,9 +187,7 @@ class DriveController:
         velocity = self._smoother.step_toward(drive.velocity or Velocity(), elapsed)
         if drive.state is DriveState.GOAL_REACHED and was_stopped:
             self._is_goal_reached = True  # later poses do not restart the drive
-        if drive.state is DriveState.DRIVING and self._is_stuck(now, velocity):
-            detail = f'{DriveState.STUCK.value}: obstacles or lamps allow no speed'
-            drive = replace(drive, state=DriveState.STUCK, detail=detail)
+        drive = self._stuck.checked(now, self._inputs.pose, drive)
         # Publish zero velocity once before cmd_vel is released to other nodes.
         is_idle = drive.state in (DriveState.IDLE, DriveState.GOAL_REACHED)
         is_released = is_idle and was_stopped and velocity == Velocity()
@@ -239,18 +233,22 @@ class DriveController:
         obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
         # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
         clearance = planning.robot_radius + settings.clearance_margin
-        speed = self._smoother.velocity.forward
-        points = planning.points_map if len(planning.points_map) else self._policy.route_map
-        conflict = predict_conflict(points, robot, speed, obstacles, now, clearance, settings)
-        free = self._policy.update(conflict, planning.points_map, now, settings)
+        motion = robot, self._smoother.velocity.forward, clearance
+        free = self._policy.react(planning.points_map, motion, obstacles, now, settings)
         avoided = obstacles if self._policy.is_around else ()
         planning.set_obstacles(obstacle_cells(avoided, now, AROUND_TIME, self._global_map.resolution))
+        known = with_obstacles(self._global_map, obstacles, now)
         if len(planning.points_map) == 0 or self.recovery.must_finish:
-            return self._act_without_route(now, robot, planning, obstacles)
+            return self._act_without_route(now, robot, planning, known)
+        if self._stuck.is_stuck:
+            command = self._recover(now, robot, known, planning.robot_radius, STUCK_DETAIL, once=True)
+            if command is not None:
+                return command
+            if not self.recovery.is_finished(settings):
+                self._stuck.reset()  # try the route again
         self.recovery.end(robot)
-        # The costmap around the robot is fresh in each cycle; the route may be older.
         reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
-        costmap = planning.costmap_around(with_obstacles(self._global_map, obstacles, now), robot, reach)
+        costmap = planning.costmap_around(known, robot, reach)
         x, y = lookahead_point(costmap, robot, planning.points_map, settings.lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
         limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
@@ -259,7 +257,7 @@ class DriveController:
         return DriveCommand(state, detail, target, (float(x), float(y)))
 
     def _act_without_route(
-        self, now: float, robot: SE2, planning: RoutePlanning, obstacles: Sequence[MovingObstacle]
+        self, now: float, robot: SE2, planning: RoutePlanning, known: GlobalMap
     ) -> DriveCommand:
         """Return what to do without a route: wait for it, recover, or give up with the reason."""
         reason = planning.no_route_reason
@@ -269,21 +267,21 @@ class DriveController:
             return stop_command(DriveState.WAITING, f'{DriveState.WAITING.value}: no route around it')
         why = DriveState.UNREACHABLE.value + ('' if reason is None else f': {reason.value}')
         if self.recovery.can_help(reason, planning.replan_count):
-            known = with_obstacles(self._global_map, obstacles, now)
-            velocity = self.recovery.update(now, robot, known, planning.robot_radius, self._settings)
-            if velocity is not None:
-                turns = velocity.turn_rate != 0.0
-                target = self._turn_in_place(velocity.turn_rate) if turns else velocity
-                return DriveCommand(DriveState.RECOVERING, f'{self.recovery.detail} ({why})', target)
+            command = self._recover(now, robot, known, planning.robot_radius, why)
+            if command is not None:
+                return command
         tried = self.recovery.summary
         return stop_command(DriveState.UNREACHABLE, f'{why}; tried {tried}' if tried else why)
 
-    def _is_stuck(self, now: float, velocity: Velocity) -> bool:
-        """Return whether a robot that should drive has not moved for long."""
-        moves = max(abs(velocity.forward), abs(velocity.turn_rate)) > _STOPPED_SPEED
-        if moves or not now >= self._last_motion_time:
-            self._last_motion_time = now
-        return now - self._last_motion_time > _STUCK_TIMEOUT
+    def _recover(
+        self, now: float, robot: SE2, known: GlobalMap, radius: float, why: str, *, once: bool = False
+    ) -> DriveCommand | None:
+        """Return the command of a recovery behavior with its reason, None after the last one; see `Recovery.update`."""
+        velocity = self.recovery.update(now, robot, known, radius, self._settings, once=once)
+        if velocity is None:
+            return None
+        target = self._turn_in_place(velocity.turn_rate) if velocity.turn_rate != 0.0 else velocity
+        return DriveCommand(DriveState.RECOVERING, f'{self.recovery.detail} ({why})', target)
 
     def _turn_in_place(self, turn_rate: float) -> Velocity:
         """Return a turn rate [rad/s] once the robot has stopped."""
@@ -293,7 +291,8 @@ class DriveController:
     def _allowed_speed(self, robot: SE2, planning: RoutePlanning, costmap: InflatedCostmap) -> float:
         """Return the speed that commands, obstacles and the goal allow [m/s]."""
         distance_max = max(self._settings.lookahead, 2.0 * self._smoother.braking_distance())
-        points, top = planning.points_map, self._settings.max_linear_velocity
+        points = planning.points_map
         limit = route_speed_limit(costmap, robot, planning.robot_radius, points, distance_max, self._settings)
-        mask_limit = self._global_map.masks.speed_limit(robot.x, robot.y, top)
+        near = points[np.hypot(*(points - (robot.x, robot.y)).T) < distance_max]
+        mask_limit = mask_speed_limit(self._global_map.masks, robot, near, self._settings)
         return min(self.command_state.speed_limit, mask_limit, limit)

@@ -1,7 +1,5 @@
 """The pose and the age of the map that the drive controller works with."""
 
-from __future__ import annotations
-
 import math
 
 from reward_planner.core.driving.drive_state import DriveCommand, DriveState, stop_command

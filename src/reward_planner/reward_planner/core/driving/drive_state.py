@@ -1,7 +1,5 @@
 """States and output of the drive controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 

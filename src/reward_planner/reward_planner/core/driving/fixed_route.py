@@ -1,7 +1,5 @@
 """A given path in place of planned routes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

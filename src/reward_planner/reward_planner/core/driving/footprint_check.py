@@ -1,7 +1,5 @@
 """Whether the robot's footprint is free along a route, turned into the direction of the route."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Arrival at the goal: within its tolerance the robot turns to the goal's heading."""
 
-from __future__ import annotations
-
 from reward_planner.core.driving.drive_state import DriveCommand, DriveState, stop_command
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.path_following import turn_rate_for_angle

@@ -1,7 +1,5 @@
 """The costmap of the route search: distance of each cell to the nearest obstacle, and the inflated obstacles."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

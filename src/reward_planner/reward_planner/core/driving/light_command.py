@@ -1,7 +1,5 @@
 """Commands of lamps, as `vlc_beacon` publishes them, and those that are in effect."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Step 1 of the paper (2.3): where its surroundings are unknown, the robot turns once around to map them."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

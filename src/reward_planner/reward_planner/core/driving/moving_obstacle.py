@@ -1,7 +1,5 @@
 """An obstacle that moves: what the tracker of the map hands to the drive controller."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

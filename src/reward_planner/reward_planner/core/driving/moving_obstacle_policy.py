@@ -1,7 +1,5 @@
 """Decides between driving on, waiting and going around by predicting moving obstacles against the route."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -131,6 +129,20 @@ class MovingObstaclePolicy:
     def is_waiting_for_route(self, now: float, settings: DrivingSettings) -> bool:
         """Return whether a robot without a route around obstacles should wait for them to leave, at a time [s]."""
         return self.is_around and now - self._began <= settings.moving_obstacle_wait
+
+    def react(
+        self,
+        route_map: NDArray[np.float64],
+        motion: tuple[SE2, float, float],
+        obstacles: Sequence[MovingObstacle],
+        now: float,
+        settings: DrivingSettings,
+    ) -> float:
+        """Return how far a route is free [m] for a robot of a pose, a speed and a clearance, and update the state."""
+        points = route_map if len(route_map) else self.route_map
+        robot, speed, clearance = motion
+        conflict = predict_conflict(points, robot, speed, obstacles, now, clearance, settings)
+        return self.update(conflict, route_map, now, settings)
 
     def update(
         self, conflict: Conflict | None, route_map: NDArray[np.float64], now: float, settings: DrivingSettings

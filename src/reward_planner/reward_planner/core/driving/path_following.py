@@ -1,12 +1,11 @@
 """Path following: the lookahead point on the route, the free distance ahead, steering and speed limits."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.costmap_masks import CostmapMasks
 from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.velocity_smoother import Velocity
@@ -93,6 +92,24 @@ def braking_speed_limit(distance: float, settings: DrivingSettings) -> float:
     delay = settings.max_linear_acceleration / settings.max_linear_jerk + _RESPONSE_TIME
     # Solve v delay + v^2 / (2 a) = distance for v.
     return acceleration * (math.sqrt(delay**2 + 2.0 * max(distance, 0.0) / acceleration) - delay)
+
+
+def mask_speed_limit(
+    masks: CostmapMasks, robot: SE2, points_map: NDArray[np.float64], settings: DrivingSettings
+) -> float:
+    """Return the speed [m/s] from which the robot brakes to that of a mask before its zone on the route, (n, 2) [m]."""
+    top, acceleration = settings.max_linear_velocity, _BRAKE_FRACTION * settings.max_linear_acceleration
+    limit = masks.speed_limit(robot.x, robot.y, top)
+    if masks.speed is None:
+        return limit
+    for x, y in points_map.tolist():
+        slow = masks.speed_limit(x, y, top)
+        if slow < limit:
+            distance = math.hypot(x - robot.x, y - robot.y) - masks.speed.grid.frame.resolution
+            limit = min(
+                limit, max(slow, braking_speed_limit(distance + 0.5 * slow**2 / acceleration, settings))
+            )
+    return limit
 
 
 def obstacle_speed_limit(gap: float, settings: DrivingSettings) -> float:

@@ -1,7 +1,5 @@
 """Recovery behaviors of a robot without a route: look around, wait, back up, clear the map, plan from scratch."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from enum import Enum
@@ -98,6 +96,10 @@ class Recovery:
             return route_count > 0
         return reason not in (NoRoute.GOAL_OUTSIDE, NoRoute.START_OUTSIDE)
 
+    def is_finished(self, settings: DrivingSettings) -> bool:
+        """Return whether all behaviors were tried here."""
+        return len(self.tried) >= len(parse_recovery(settings.recovery))
+
     def end(self, robot: SE2) -> None:
         """End the present behavior, as there is a route."""
         self.behavior, self._elapsed = None, 0.0
@@ -105,9 +107,16 @@ class Recovery:
             self.reset()
 
     def update(
-        self, now: float, robot: SE2, known: GlobalMap, radius: float, settings: DrivingSettings
+        self,
+        now: float,
+        robot: SE2,
+        known: GlobalMap,
+        radius: float,
+        settings: DrivingSettings,
+        *,
+        once: bool = False,
     ) -> Velocity | None:
-        """Return the velocity of the behavior for a robot without a route; None after the last one.
+        """Return the velocity of the behavior for a robot without a route or stuck; None after the last one.
 
         Args:
             now: time [s].
@@ -115,6 +124,7 @@ class Recovery:
             known: map with all obstacles; the robot backs up on its free cells only.
             radius: radius of the robot [m].
             settings: behaviors and their limits.
+            once: return None after each behavior, so that the robot tries its route in between.
         """
         step = now - self._latest
         self._elapsed += min(max(step, 0.0), _STEP_MAX) if math.isfinite(step) else 0.0
@@ -125,6 +135,9 @@ class Recovery:
             return Velocity()
         velocity = None if self.behavior is None else self._run(self.behavior, robot, known, radius, settings)
         self._last = robot
+        if once and velocity is None and self.behavior is not None:
+            self.behavior, self._elapsed = None, 0.0
+            return None
         while velocity is None:
             left = parse_recovery(settings.recovery)[len(self.tried) :]
             self.behavior, self._elapsed, self._progress = left[0] if left else None, 0.0, 0.0

@@ -1,7 +1,5 @@
 """Replans the route when it is blocked, left by the robot or clearly costlier than a new one."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

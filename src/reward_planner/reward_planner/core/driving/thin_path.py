@@ -1,7 +1,5 @@
 """Fewer points of long routes, for messages: one of 40 000 poses takes half a second."""
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Velocity smoother of a differential drive robot: limits of speed, acceleration and jerk."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Settings of pose checks and map size."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from shirube_core.settings import setting
@@ -11,28 +9,19 @@ from shirube_core.settings import setting
 class MappingSettings:
     """Pose lookup, jump detection and maximum size of the global map."""
 
-    pose_wait: float = setting(
-        0.5, 'time after which a frame without a pose is dropped', unit='s', minimum=0.0, maximum=10.0
-    )
+    pose_wait: float = setting(0.5, 'time after which a frame without a pose is dropped', 's', (0.0, 10.0))
     pose_gap_max: float = setting(
-        0.5, 'largest gap between two poses that is interpolated', unit='s', minimum=0.01, maximum=10.0
+        0.5, 'largest gap between two poses that is interpolated', 's', (0.01, 10.0)
     )
-    speed_max: float = setting(
-        3.0, 'a pose has jumped if it implies a higher speed', unit='m/s', minimum=0.01, maximum=50.0
-    )
+    speed_max: float = setting(3.0, 'a pose has jumped if it implies a higher speed', 'm/s', (0.01, 50.0))
     turn_rate_max: float = setting(
-        6.0, 'a pose has jumped if it implies a higher turn rate', unit='rad/s', minimum=0.01, maximum=100.0
+        6.0, 'a pose has jumped if it implies a higher turn rate', 'rad/s', (0.01, 100.0)
     )
     settle_time: float = setting(
-        1.0,
-        'poses after a jump are accepted once they have been consistent for this time',
-        unit='s',
-        minimum=0.0,
-        maximum=60.0,
+        1.0, 'poses after a jump are accepted once they have been consistent for this time', 's', (0.0, 60.0)
     )
     cells_max: int = setting(
         16_000_000,
         'maximum number of cells of the map and of a costmap; larger maps are rejected',
-        minimum=1_000_000,
-        maximum=32_000_000,  # longer routes do not fit into the keys of D* Lite
+        limits=(1_000_000, 32_000_000),  # longer routes do not fit into the keys of D* Lite
     )

@@ -1,7 +1,5 @@
 """Separates the points of moving obstacles from those that belong into the map."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

@@ -1,7 +1,5 @@
 """Updates the local and the global map from points and the robot's pose (2.2)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

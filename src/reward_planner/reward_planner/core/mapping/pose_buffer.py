@@ -1,7 +1,5 @@
 """Pose buffer: poses interpolated at the stamps of frames, and the queue of frames that wait for theirs."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter, deque
 from enum import Enum

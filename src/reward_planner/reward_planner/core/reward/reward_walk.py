@@ -1,7 +1,5 @@
 """Walks and routes by the paper's reward rule (section 2.3)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

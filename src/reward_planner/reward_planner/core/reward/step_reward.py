@@ -1,7 +1,5 @@
 """Rewards of the eight steps of a robot, by the rows of Table 1."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ From each of them the same rule is simulated on the current map until it reaches
 path is taken.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

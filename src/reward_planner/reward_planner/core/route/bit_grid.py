@@ -5,8 +5,6 @@ not reach before, because corners are not cut.
 See Harabor and Grastien, "Improving Jump Point Search", ICAPS 2014, with the corner rule of this suite.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

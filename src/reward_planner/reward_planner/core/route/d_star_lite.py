@@ -1,7 +1,5 @@
 """D* Lite: replans the shortest or least-cost route to one goal while the robot moves and the map changes."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

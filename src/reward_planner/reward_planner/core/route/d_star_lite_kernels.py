@@ -7,8 +7,6 @@ A key is one integer: min(g, rhs) + h + k_m, then min(g, rhs) quantised to less 
 order of neighbours matters for that, and they are at least a cell apart.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Inflation: costs of cells that decay with the distance from obstacles, as in Nav2's costmap_2d."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ turns from straight to diagonal only where an adjacent wall ends. On a diagonal,
 and columns are kept.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """The open list of a search: a 4-ary heap in plain arrays."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -6,8 +6,6 @@ these integers order two routes as their true lengths do, and are equal only if 
 diagonal steps differ by less than 470832.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import Enum

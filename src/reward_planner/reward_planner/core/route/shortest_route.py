@@ -1,7 +1,5 @@
 """Shortest route on a grid: A* with jump point search."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Kernels that tell cells at rest from those that moved into space seen free."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tracks clusters of moving obstacle cells with constant-velocity Kalman filters."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -24,6 +22,7 @@ _SHIFT_FRACTION, _SHIFT_MIN = 0.5, 0.1
 _JUMP, _SPEED_MAX = 0.1, 2.0  # greatest way of the centre between measurements [m, m/s]
 _LOST = 0.7  # a track without cluster is dropped after this time [s]
 _HIDDEN_TIME = 3.0  # somebody who left the field of view is predicted for this time [s]
+_REST_CELL = 0.05  # cells out of view are thinned to one in a square of this side [m]
 _HIDDEN_SHARE = 0.5  # with more of his places in view, somebody is not hidden
 _CONFIRMED_TIME, _CONFIRMED_SIGMA = 0.25, 0.7  # age [s] and standard deviation of the speed [m/s]
 
@@ -37,6 +36,9 @@ class _Track:
     stamp: float
     begin: float
     history: list[tuple[float, NDArray[np.float64]]] = field(default_factory=list)
+    has_walked: bool = False  # moved as a whole before; a part that leaves the view hides that later
+    # Cells out of view of somebody whose rest is in view: position [m] and stamp when they were seen [s].
+    rest: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
 
     def remember(self, stamp: float, xy: NDArray[np.float64]) -> None:
         """Keep the cells of the last clusters, shape (n, 2) [m]; one that split, merged or jumped begins anew."""
@@ -46,6 +48,16 @@ class _Track:
             if np.hypot(*(xy.mean(axis=0) - before.mean(axis=0))) > _JUMP + _SPEED_MAX * (stamp - then):
                 self.history.clear()
         self.history.append((stamp, xy))
+        self.has_walked |= self.is_shifted
+
+    def keep_rest(self, stamp: float, is_open: Callable[[NDArray[np.float64]], NDArray[np.bool_]]) -> None:
+        """Move the cells of the last clusters to a later stamp, before its own; those in view are dropped."""
+        before = np.column_stack([self.places, np.full(len(self.places), self.stamp)])
+        rest = np.concatenate([before, self.rest[self.rest[:, 2] > stamp - _HIDDEN_TIME]])
+        rest[:, :2] += self.state[2:] * (stamp - self.stamp)
+        # One of each place, the latest.
+        _, first = np.unique(np.floor(rest[:, :2] / _REST_CELL), axis=0, return_index=True)
+        self.rest = rest[first][~is_open(rest[first, :2])]
 
     @property
     def duration(self) -> float:
@@ -161,7 +173,7 @@ class ClusterTracker:
         self.labels = np.zeros(len(xy_odom), dtype=np.int64)
         self.shifted, self.resting = (np.zeros(len(xy_odom), dtype=np.bool_) for _ in range(2))
         for label, members in enumerate(_clusters(xy_odom)):
-            track = self._assign(stamp, xy_odom[members], free)
+            track = self._assign(stamp, xy_odom[members], free, is_open)
             self.labels[members] = label
             self.shifted[members] = track.is_shifted
             self.resting[members] = track.rests(origin)
@@ -172,23 +184,35 @@ class ClusterTracker:
         for track in free:
             places = track.places + (track.predicted(stamp)[0] - track.state)[:2]
             if is_open(places).mean() <= _HIDDEN_SHARE:
-                self._hidden += [track] if track.is_confirmed and track.is_shifted else []
+                self._hidden += [track] if track.is_confirmed and track.has_walked else []
             elif stamp - track.stamp > _LOST:
                 self._tracks.remove(track)
         return CellMotion(velocity, sigma)
 
     def hidden(self) -> HiddenCells:
-        """Return the cells of people who left the field of view before the latest measurement."""
+        """Return the cells of people, or parts of them, that left the view before the latest measurement."""
+        outlines = [(each, np.concatenate([each.places, each.rest[:, :2]]), True) for each in self._hidden]
+        outlines += [
+            (each, each.rest[:, :2], False)
+            for each in self._tracks
+            if each not in self._hidden and each.is_confirmed and each.has_walked
+        ]
         parts = [
-            (each.places, np.tile([*velocity, each.speed_sigma, each.stamp], (len(each.places), 1)))
-            for each in self._hidden
-            for velocity in (each.state[2:], np.zeros(2))  # they may have stopped
+            (places, np.tile([*velocity, each.speed_sigma, each.stamp], (len(places), 1)))
+            for each, places, may_stop in outlines
+            for velocity in (each.state[2:], np.zeros(2))[: 1 + may_stop]
         ]
         xy = np.concatenate([np.zeros((0, 2)), *(places for places, _ in parts)])
         more = np.concatenate([np.zeros((0, 4)), *(values for _, values in parts)])
         return HiddenCells(xy, more[:, :2], more[:, 2], more[:, 3])
 
-    def _assign(self, stamp: float, xy: NDArray[np.float64], free: list[_Track]) -> _Track:
+    def _assign(
+        self,
+        stamp: float,
+        xy: NDArray[np.float64],
+        free: list[_Track],
+        is_open: Callable[[NDArray[np.float64]], NDArray[np.bool_]],
+    ) -> _Track:
         """Update the nearest free track by the cells of a cluster, or begin one."""
         centre = xy.mean(axis=0)
         distances = [float(np.hypot(*(track.predicted(stamp)[0][:2] - centre))) for track in free]
@@ -196,6 +220,7 @@ class ClusterTracker:
             best = int(np.argmin(distances))
             if distances[best] < _GATE + _GATE_GROWTH * (stamp - free[best].stamp):
                 track = free.pop(best)
+                track.keep_rest(stamp, is_open)
                 track.update(stamp, centre)
                 track.remember(stamp, xy)
                 return track

@@ -89,6 +89,11 @@ class CollisionMonitor:
             raise RewardPlannerError(
                 'exclusion_zones must have six numbers for each box; complete the last one'
             )
+        zones = np.array(settings.exclusion_zones, dtype=np.float64).reshape(-1, 6)
+        if (zones[:, :3] >= zones[:, 3:]).any():
+            raise RewardPlannerError(
+                'exclusion_zones has a box whose lowest corner is not below its greatest; exchange them'
+            )
         for name, source in sources.items():
             check_limits(name, source)
         self._settings, self._source_settings = settings, dict(sources)

@@ -1,7 +1,5 @@
 """Compiles the numba kernels of the collision monitor before the first measurement."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from reward_planner.core.safety.collision_monitor import CollisionMonitor

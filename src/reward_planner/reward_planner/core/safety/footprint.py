@@ -1,7 +1,5 @@
 """The robot's footprint: a convex or concave polygon, or a circle, with its distance to points."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

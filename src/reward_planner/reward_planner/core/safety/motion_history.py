@@ -1,7 +1,5 @@
 """Pose and velocity of the base in a frame of its own: from odometry, or from the velocities it was given."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

@@ -1,7 +1,5 @@
 """One measurement of a range sensor as rays in the base frame."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Kernels of `RangeMemory`: bins of rays, cells seen free, and cells that are hit."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Obstacles that one range sensor saw, in the frame of the odometry, and whether they move."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

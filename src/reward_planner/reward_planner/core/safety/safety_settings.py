@@ -1,7 +1,5 @@
 """Settings of the collision monitor and of each of its range sensors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
@@ -19,61 +17,48 @@ class CollisionMonitorSettings:
         (),
         'corners of the footprint in base_frame: x, y of the first, x, y of the second ...; empty takes a circle of '
         'robot_radius',
-        unit='m',
-        minimum=-10.0,
-        maximum=10.0,
+        'm',
+        (-10.0, 10.0),
     )
-    robot_radius: float = setting(0.2, 'radius of a circular footprint', unit='m', minimum=0.01, maximum=10.0)
+    robot_radius: float = setting(0.2, 'radius of a circular footprint', 'm', (0.01, 10.0))
     deceleration: float = setting(
         0.5,
         'linear acceleration and deceleration of the base, as its driver limits it',
-        unit='m/s^2',
-        minimum=0.05,
-        maximum=20.0,
+        'm/s^2',
+        (0.05, 20.0),
     )
     angular_deceleration: float = setting(
-        3.0, 'angular acceleration and deceleration', unit='rad/s^2', minimum=0.05, maximum=100.0
+        3.0, 'angular acceleration and deceleration', 'rad/s^2', (0.05, 100.0)
     )
-    latency: float = setting(
-        0.1, 'time from a published velocity until the base follows it', unit='s', minimum=0.0, maximum=2.0
-    )
+    latency: float = setting(0.1, 'time from a published velocity until the base follows it', 's', (0.0, 2.0))
     rate: float = setting(
-        20.0, 'rate of the published velocity; new ranges are published at once', minimum=5.0, maximum=200.0
+        20.0, 'rate of the published velocity; new ranges are published at once', limits=(5.0, 200.0)
     )
     command_timeout: float = setting(
-        0.5, 'the robot stops when the latest cmd_vel_in is older', unit='s', minimum=0.05, maximum=10.0
+        0.5, 'the robot stops when the latest cmd_vel_in is older', 's', (0.05, 10.0)
     )
-    stop_margin: float = setting(
-        0.05, 'stop zone: width around the footprint', unit='m', minimum=0.0, maximum=2.0
-    )
+    stop_margin: float = setting(0.05, 'stop zone: width around the footprint', 'm', (0.0, 2.0))
     slow_margin: float = setting(
-        0.05, 'slow-down zone: width around the path of the stop zone', unit='m', minimum=0.0, maximum=5.0
+        0.05, 'slow-down zone: width around the path of the stop zone', 'm', (0.0, 5.0)
     )
     slow_time: float = setting(
-        1.0, 'slow-down zone: length, as time at the commanded velocity', unit='s', minimum=0.0, maximum=10.0
+        1.0, 'slow-down zone: length, as time at the commanded velocity', 's', (0.0, 10.0)
     )
     slow_fraction: float = setting(
-        0.5, 'greatest fraction of the command with points in the slow-down zone', minimum=0.05, maximum=1.0
+        0.5, 'greatest fraction of the command with points in the slow-down zone', limits=(0.05, 1.0)
     )
-    obstacle_speed: float = setting(
-        1.6, 'greatest speed of people; ISO 13855 uses 1.6', unit='m/s', minimum=0.0, maximum=10.0
-    )
+    obstacle_speed: float = setting(1.6, 'greatest speed of people; ISO 13855 uses 1.6', 'm/s', (0.0, 10.0))
     yield_time: float = setting(
-        4.0, 'the robot does not stop where people walk within this time', unit='s', minimum=0.0, maximum=10.0
+        4.0, 'the robot does not stop where people walk within this time', 's', (0.0, 10.0)
     )
     memory: float = setting(
-        600.0,
-        'an obstacle that left the field of view is kept for this long',
-        unit='s',
-        minimum=0.0,
-        maximum=1e6,
+        600.0, 'an obstacle that left the field of view is kept for this long', 's', (0.0, 1e6)
     )
     exclusion_zones: tuple[float, ...] = setting(
         (),
         'boxes in base_frame whose points are ignored (parts of the robot): lowest x, y, z, greatest x, y, z of each',
-        unit='m',
-        minimum=-20.0,
-        maximum=20.0,
+        'm',
+        (-20.0, 20.0),
     )
 
 
@@ -89,33 +74,29 @@ class SourceSettings:
     frame: str = setting(
         '', 'frame of the messages; empty takes that of the first message; others are rejected'
     )
-    timeout: float = setting(
-        0.5, 'the robot stops when the latest message is older', unit='s', minimum=0.02, maximum=10.0
-    )
+    timeout: float = setting(0.5, 'the robot stops when the latest message is older', 's', (0.02, 10.0))
     xyz: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.3),
         'position of the sensor frame in base_frame, whose plane z = 0 is the floor',
-        unit='m',
-        minimum=-10.0,
-        maximum=10.0,
+        'm',
+        (-10.0, 10.0),
     )
     rpy: tuple[float, ...] = setting(
         (),
         'fixed-axis roll, pitch, yaw of the sensor frame in base_frame; empty: level, looking along x (points and '
         'depth: an optical frame)',
-        unit='rad',
-        minimum=-7.0,
-        maximum=7.0,
+        'rad',
+        (-7.0, 7.0),
     )
-    height_min: float = setting(0.08, 'lowest height of obstacles', unit='m', minimum=-2.0, maximum=5.0)
-    height_max: float = setting(1.2, 'greatest height of obstacles', unit='m', minimum=-1.0, maximum=6.0)
-    range_min: float = setting(0.05, 'nearer points are noise', unit='m', minimum=0.0, maximum=5.0)
-    range_max: float = setting(4.0, 'farther points are not used', unit='m', minimum=0.5, maximum=20.0)
+    height_min: float = setting(0.08, 'lowest height of obstacles', 'm', (-2.0, 5.0))
+    height_max: float = setting(1.2, 'greatest height of obstacles', 'm', (-1.0, 6.0))
+    range_min: float = setting(0.05, 'nearer points are noise', 'm', (0.0, 5.0))
+    range_max: float = setting(4.0, 'farther points are not used', 'm', (0.5, 20.0))
     range_noise: float = setting(
-        0.01, 'standard deviation of a range of 1 m; it grows with the square', unit='m', maximum=0.5
+        0.01, 'standard deviation of a range of 1 m; it grows with the square', 'm', (None, 0.5)
     )
     points_min: int = setting(
-        3, 'fewer points within 0.15 m are noise; images have 20000 points at most', minimum=1, maximum=1000
+        3, 'fewer points within 0.15 m are noise; images have 20000 points at most', limits=(1, 1000)
     )
 
 

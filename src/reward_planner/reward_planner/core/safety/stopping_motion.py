@@ -1,7 +1,5 @@
 """Motion of the base under a command and then braking, and contact with obstacles on the way."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

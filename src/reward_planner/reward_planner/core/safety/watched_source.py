@@ -1,7 +1,5 @@
 """One range sensor of the collision monitor: its freshness, obstacles and their motion."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 
@@ -88,6 +86,11 @@ class WatchedSource:
         if T_odom_base is None:
             raise RewardPlannerError(f'{self.name}: the motion at its stamp is unknown; check odom')
         frame = self._without_robot(frame)
+        if len(frame.ends) == 0:
+            self._fault = (
+                'exclusion_zones hold all of its points; make them as small as the parts of the robot'
+            )
+            raise RewardPlannerError(f'{self.name}: {self._fault}')
         source, relative = self._source, frame.ends - frame.origin
         distance = np.hypot(relative[:, 0], relative[:, 1])
         used = (

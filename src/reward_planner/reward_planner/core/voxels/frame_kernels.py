@@ -3,8 +3,6 @@
 The rays follow Amanatides and Woo 1987, one ray for each voxel in which rays of points end.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

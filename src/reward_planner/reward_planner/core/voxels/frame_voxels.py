@@ -1,7 +1,5 @@
 """Voxels of one frame: hit voxels with their counts, and voxels traversed by rays."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rolling voxel grid: the window of one frame, and tiles of voxels in bounded memory, of which the nearest are kept."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple

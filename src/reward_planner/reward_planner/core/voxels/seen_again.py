@@ -12,8 +12,6 @@ Rays of a sparse sensor pass between voxels, and a near sensor sees only a part 
    passed before has come as a whole: there, one cleared voxel is enough.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

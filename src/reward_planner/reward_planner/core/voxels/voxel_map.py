@@ -5,8 +5,6 @@ if it has points in it or rays through it. With ``log_odds`` a frame adds log-od
 once from each traversed voxel, within limits, so that obstacles that disappear are cleared after a few frames.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

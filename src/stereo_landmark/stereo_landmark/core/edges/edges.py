@@ -1,7 +1,5 @@
 """Subpixel edges of an image, by non-maximum suppression of the gradient magnitude, and their segments (paper 3.3b)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Kernels that link edge points to chains and approximate these by polylines (paper 3.3b, 3.4)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -1,7 +1,5 @@
 """Thinning of a binary image in passes: the paper's control of edge extraction (3.3b, 4a)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

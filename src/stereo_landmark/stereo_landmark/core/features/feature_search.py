@@ -1,7 +1,5 @@
 """Finds the pose by features alone: P3P and RANSAC (Fischler & Bolles 1981), then patches at the predicted pixels."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

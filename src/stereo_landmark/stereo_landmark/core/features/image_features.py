@@ -4,8 +4,6 @@ Features only find the pose; patches around them measure it (`patch_alignment.py
 that takes a quarter of the time.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

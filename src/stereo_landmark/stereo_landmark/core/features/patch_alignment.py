@@ -4,8 +4,6 @@ A patch moves by a known linear map, which the hypothetical pose predicts, and a
 grey levels are free. All images are compared with the taught left one, so that all positions are of the same point.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import cv2

@@ -1,7 +1,5 @@
 """Synchronizes left and right images and localizes the pairs; shared by the node and bag localization."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -15,9 +13,9 @@ from stereo_landmark.core.pair.camera_pair import (
     Rectifier,
     Side,
     StampSynchronizer,
-    pair_fault,
     stereo_rig,
 )
+from stereo_landmark.core.pair.rectification_check import check_pair
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo import StereoRig
@@ -110,9 +108,9 @@ class PairLocalizer:
             self._last_valid_stamp = stamp_ns
         elif self._last_valid_stamp is None or abs(stamp_ns - self._last_valid_stamp) > CHECK_INTERVAL * 1e9:
             # The check is slow, so a lost robot checks its cameras now and then only.
-            fault = pair_fault(left, right, self._rig)
-            if fault is not None:
-                raise StereoLandmarkError(fault.value)
+            check = check_pair(left, right, self._rig)
+            if check.fault is not None:
+                raise StereoLandmarkError(check.summary)
             self._last_valid_stamp = stamp_ns
         return LocatedPair(stamp_ns, left, result, tilt, self._rig)
 

@@ -1,7 +1,5 @@
 """Template of a planar patch of a taught image, with everything that alignment can precompute."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

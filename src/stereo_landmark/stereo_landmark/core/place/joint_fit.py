@@ -6,8 +6,6 @@ Shapes and features are two groups of points. The noise of each group is estimat
 has the weight that it deserves in these images. A Cauchy loss bounds the influence of outliers.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

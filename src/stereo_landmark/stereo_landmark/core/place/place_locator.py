@@ -1,7 +1,5 @@
 """Estimates the displacement of the robot from the points of taught targets (paper 3.1 and 3.4)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from enum import Enum

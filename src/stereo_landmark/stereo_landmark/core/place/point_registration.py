@@ -11,8 +11,6 @@
    ``+theta_z`` and its position ``-Rz(theta_z) d``.
 """
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -6,8 +6,6 @@ current pixels and of the taught points, ``S = C + H P H^T``, which to first ord
 and current images. Huber's loss bounds the influence of outliers.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

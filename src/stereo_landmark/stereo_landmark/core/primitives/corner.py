@@ -1,7 +1,5 @@
 """Corners: two straight arms that intersect at a vertex (paper 3.3c); intersections of lines and their covariance."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -69,8 +67,8 @@ class Corner:
 class CornerTolerance:
     """Tolerances between a detected corner and the taught one."""
 
-    angle: float = setting(0.35, 'tolerance of the angle', unit='rad', minimum=0.01, maximum=1.5)
-    bisector: float = setting(0.35, 'tolerance of the bisector', unit='rad', minimum=0.01, maximum=3.2)
+    angle: float = setting(0.35, 'tolerance of the angle', 'rad', (0.01, 1.5))
+    bisector: float = setting(0.35, 'tolerance of the bisector', 'rad', (0.01, 3.2))
 
 
 def corner_differences(found: Floats, taught: Floats, tolerance: CornerTolerance) -> Floats:

@@ -1,7 +1,5 @@
 """Pairs of line segments that intersect near their end points, also if the intersection is occluded."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fits edge profiles across an outline in the grey image; each profile gives an offset along the normal."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -7,8 +7,6 @@ straight edge the levels mostly change linearly. Their scatter about that line g
 under even light, wide at shadows or texture.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ellipses: round meters, dials, holes, pipe ends (paper 3.3c)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -104,13 +102,9 @@ class Ellipse:
 class EllipseTolerance:
     """Tolerances between a detected ellipse and the taught one."""
 
-    axes: float = setting(0.5, 'relative tolerance of the semi-axes', minimum=0.01, maximum=5.0)
+    axes: float = setting(0.5, 'relative tolerance of the semi-axes', limits=(0.01, 5.0))
     tilt: float = setting(
-        0.35,
-        'tolerance of the tilt of a flat ellipse; less weight for rounder ones',
-        unit='rad',
-        minimum=0.01,
-        maximum=1.6,
+        0.35, 'tolerance of the tilt of a flat ellipse; less weight for rounder ones', 'rad', (0.01, 1.6)
     )
 
 

@@ -1,7 +1,5 @@
 """Arcs and geometry of an ellipse, and its least squares fit (Fitzgibbon et al. 1999; Halíř and Flusser 1998)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

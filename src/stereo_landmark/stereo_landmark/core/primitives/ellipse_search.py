@@ -1,7 +1,5 @@
 """Ellipse detection by hypothesis and verification (the paper's reference 9): arcs propose, edges along them verify."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

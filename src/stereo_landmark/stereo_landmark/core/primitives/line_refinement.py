@@ -1,7 +1,5 @@
 """Subpixel refinement of straight edges by edge profiles in the grey image."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

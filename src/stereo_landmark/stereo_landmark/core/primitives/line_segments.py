@@ -1,7 +1,5 @@
 """Straight line segments, joined over gaps: the input of the corner, parallel line and quadrilateral detectors."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Parallel lines: pipes, slots, frames (paper 3.3c)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 
@@ -75,9 +73,9 @@ class ParallelLines:
 class ParallelLinesTolerance:
     """Tolerances between detected parallel lines and the taught ones."""
 
-    width: float = setting(0.45, 'relative tolerance of the width', minimum=0.01, maximum=5.0)
-    tilt: float = setting(0.25, 'tolerance of the tilt', unit='rad', minimum=0.01, maximum=1.6)
-    length: float = setting(1.0, 'relative tolerance of the length', minimum=0.01, maximum=10.0)
+    width: float = setting(0.45, 'relative tolerance of the width', limits=(0.01, 5.0))
+    tilt: float = setting(0.25, 'tolerance of the tilt', 'rad', (0.01, 1.6))
+    length: float = setting(1.0, 'relative tolerance of the length', limits=(0.01, 10.0))
 
 
 def parallel_lines_differences(found: Floats, taught: Floats, tolerance: ParallelLinesTolerance) -> Floats:

@@ -1,7 +1,5 @@
 """The four kinds of primitives (paper 3.3c) and the operations that they share."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace

@@ -94,12 +94,11 @@ class Quadrilateral:
 class QuadrilateralTolerance:
     """Tolerances between a detected quadrilateral and the taught one."""
 
-    size: float = setting(0.5, 'relative tolerance of the size', minimum=0.01, maximum=5.0)
+    size: float = setting(0.5, 'relative tolerance of the size', limits=(0.01, 5.0))
     shape: float = setting(
         0.25,
         'largest distance between corners after scaling both to the same size, as a fraction of the size',
-        minimum=0.01,
-        maximum=2.0,
+        limits=(0.01, 2.0),
     )
 
 

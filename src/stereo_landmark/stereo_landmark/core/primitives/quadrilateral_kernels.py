@@ -1,7 +1,5 @@
 """Kernels of quadrilaterals: cycles of four right turns in the graph of line segments, and order of the corners."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What shapes of all kinds share: points with covariance, lazy sequences, differences of angles."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar, overload

@@ -4,8 +4,6 @@ The fit is accurate enough for guided matching. It minimizes the same robust cos
 detected coordinates have the same noise, and roll and pitch are fixed. Many hypotheses are fitted in a millisecond.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

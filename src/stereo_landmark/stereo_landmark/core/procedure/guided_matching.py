@@ -4,8 +4,6 @@ A pose hypothesis matches the primitive nearest to the centre of a window. On ne
 panel, that is often a wrong one. The fitted pose predicts each point in both images to a few pixels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

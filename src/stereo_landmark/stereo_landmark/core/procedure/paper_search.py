@@ -4,8 +4,6 @@ Each image is searched on its own by the procedure tree, in windows. The surroun
 combination that another one at a different pose equals, or misses by one primitive only, is ambiguous.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

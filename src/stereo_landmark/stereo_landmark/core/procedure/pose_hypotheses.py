@@ -5,8 +5,6 @@ each tested yaw of the robot determine a pose, and the pose determines the windo
 searched. Hypotheses that match the same primitives are merged.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A path of the tree begins with a primitive, the surest first, and searches the o
 the positions that the primitives found before predict.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -5,8 +5,6 @@ a fraction of their distance (the disparity gradient limit of Pollard, Mayhew & 
 support from all neighbours with a pair within that limit; pairs with the most support on both sides are matched.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 

@@ -1,7 +1,5 @@
 """The primitives of an image and of a stereo pair, and their corresponding points (paper 3.3d)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Searches a taught target in a stereo pair (paper 3.4, fig. 6)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum

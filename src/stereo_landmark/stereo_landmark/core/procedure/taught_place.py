@@ -4,8 +4,6 @@ Also the walls of circles: the centre of an imaged circle is not the projection 
 with the viewpoint.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -4,8 +4,6 @@ Only the part of the image in which the target can be is processed, only for its
 processing. Processing each small window of the procedure tree on its own would take longer, because they overlap.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Immutable state of a teaching session and its edits: each takes a state and returns the changed state."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """What a selection is worth: its points with the expected pose, and hints about its weaknesses (paper 4c and d)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Tests the procedure tree of a target on the images used for teaching (paper 4d)."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum

@@ -161,7 +161,7 @@ class Teacher:
         targets: list[TaughtTarget] = []
         for selection in selections:
             named_pairs = [
-                (f'{selection.name}/{part}', *self._measure_named(selection, part))
+                (f'{selection.name}/{part}', *self.measure_named(selection, part))
                 for part in selection.primitives
             ]
             pairs += named_pairs
@@ -184,7 +184,8 @@ class Teacher:
             StereoImages(self.view.left.image, self.view.right.image, self.view.tilt),
         )
 
-    def _measure_named(self, selection: TargetSelection, part: str) -> tuple[Primitive, Primitive]:
+    def measure_named(self, selection: TargetSelection, part: str) -> tuple[Primitive, Primitive]:
+        """Return a selected primitive, measured in both images; errors as of `measure`."""
         teacher, shape = self.with_processing(selection.processing), selection.primitives[part]
         chosen = shape if teacher is self else teacher.find_same(shape)
         if chosen is None:

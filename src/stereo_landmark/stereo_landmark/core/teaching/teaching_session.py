@@ -1,7 +1,5 @@
 """A teaching session: edits with undo and redo, and the results computed from them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 

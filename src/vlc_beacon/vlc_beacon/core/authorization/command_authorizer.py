@@ -9,8 +9,6 @@ until the robot receives a newer one of that beacon. An active rule is executed 
 within its zone.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Mapping

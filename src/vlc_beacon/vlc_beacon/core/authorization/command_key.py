@@ -1,7 +1,5 @@
 """Shared secret of host and robot, and the message authentication code (MAC)."""
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 

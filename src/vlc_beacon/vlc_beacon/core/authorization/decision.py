@@ -1,7 +1,5 @@
 """Result of the authorization of a command."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from enum import Enum

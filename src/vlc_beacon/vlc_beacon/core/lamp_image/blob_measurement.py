@@ -4,8 +4,6 @@ The background is a plane fitted to the pixels around the lamp. The centroid is 
 within a disc centred on it. No threshold is applied, so noise does not bias it.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

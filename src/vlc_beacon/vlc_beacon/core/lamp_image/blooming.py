@@ -6,8 +6,6 @@ the half-maximum radius; images at known distances, where p is known, separate t
 b, alpha, gamma and p + beta to each lamp, whatever the exposure; beta, a property of the lens, is the calibrated one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ A candidate is segmented at between a quarter and a half of its own peak, which 
 still finds dim ones. Thresholds increase by factors of two; each component is kept at the threshold that fits its peak.
 """
 
-from __future__ import annotations
-
 import math
 
 import cv2

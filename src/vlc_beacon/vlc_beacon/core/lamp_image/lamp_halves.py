@@ -4,8 +4,6 @@ The intensity centroid alternates along the line between the halves, which deter
 levels of the halves, measured away from rim and split, then give the offset of the centroid from the middle.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Track of one lamp from frame to frame, also while it is dark or half dark."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

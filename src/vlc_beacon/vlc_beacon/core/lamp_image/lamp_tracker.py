@@ -1,7 +1,5 @@
 """Multi-lamp tracking: associates detections with tracks and samples the brightness, also of dark lamps."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

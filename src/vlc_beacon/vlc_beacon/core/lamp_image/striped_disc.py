@@ -5,8 +5,6 @@ row ends left and right at the disc's rim, at half the row's brightness. A circl
 without a rim keep the centroid of the lamp with its bands closed, with a larger standard deviation.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

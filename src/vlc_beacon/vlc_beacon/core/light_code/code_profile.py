@@ -1,7 +1,5 @@
 """Requirements and data rates of the light codes."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

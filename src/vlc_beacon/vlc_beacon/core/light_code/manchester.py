@@ -11,8 +11,6 @@ shifted. No frame synchronization is needed. Segments that are missed, because f
 change, are erasures of the block.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Decodes Manchester segments from the rows of a lamp (see `manchester`)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

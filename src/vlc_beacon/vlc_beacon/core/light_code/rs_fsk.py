@@ -4,8 +4,6 @@ A symbol is a tone: eight tones carry three bits, a ninth is the preamble. A sym
 at least once. The lowest tone shows one cycle in 16 rows of a typical phone (18.9 us per row).
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from functools import lru_cache
 from itertools import pairwise

@@ -4,8 +4,6 @@ All symbols have equal duration. A packet is a preamble followed by its whitened
 symbol, the last symbol padded with zeros. The symbols between two preambles are a packet.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Symbols are decided shortly after their end. The symbol timing is tracked as it 
 if another timing is much more likely, decoding restarts with the buffered frames.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from itertools import product

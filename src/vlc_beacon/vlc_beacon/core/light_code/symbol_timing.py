@@ -5,8 +5,6 @@ symbols; the score of tau is the sum over all symbols of the log-likelihood of t
 generalised likelihood ratio, so frames may be missing or unevenly spaced.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray

@@ -9,8 +9,6 @@ There is no low-frequency flicker: all symbols begin and end an eighth of a cycl
 halves together are symmetric, so neither the mean nor the first moment of the light depends on the symbol.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

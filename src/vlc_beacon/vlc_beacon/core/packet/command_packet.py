@@ -14,8 +14,6 @@ The short packet takes a quarter less time, a third for stop and resume. It leav
 The beacon is the confirmed ID of the sending lamp. The MAC still authenticates it, and is as long.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from dataclasses import dataclass, replace

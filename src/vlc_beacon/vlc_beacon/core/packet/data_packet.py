@@ -7,8 +7,6 @@ A message longer than a packet is fragmented; fragments are numbered from 0 and 
 tag computed from the message, so that fragments of different messages are not mixed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from vlc_beacon.core.packet.crc import crc8, crc32

@@ -5,8 +5,6 @@
 24 bits: 0.8 s at 30 bit/s, plus two bit times of the preamble.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum
 

@@ -1,7 +1,5 @@
 """Parses packets of all kinds."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from vlc_beacon.core.packet.command_packet import (

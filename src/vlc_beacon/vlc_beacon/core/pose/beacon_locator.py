@@ -4,8 +4,6 @@ Two lamps and the quadratic equation of `closed_form` give the initial state, al
 inconsistent, the pose with the largest consensus set is used and the outliers are classified.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pose tracking: several lamps give a pose, one lamp and odometry track it, odometry alone bridges gaps."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

@@ -5,8 +5,6 @@ rotation vector in the level frame [rad]. A lamp L is in the optical frame at
 ``R_level_camera^T (exp(-tilt) l - t)`` with l the lamp in the level frame and t the camera in it.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -19,10 +17,7 @@ _ROTATION_90 = np.array([[0.0, -1.0], [1.0, 0.0]])
 
 
 def camera_points(
-    state: NDArray[np.float64],
-    lamps: NDArray[np.float64],
-    motions: NDArray[np.float64],
-    camera: SE3,
+    state: NDArray[np.float64], lamps: NDArray[np.float64], motions: NDArray[np.float64], camera: SE3
 ) -> NDArray[np.float64]:
     """Return the lamp positions, shape (n, 3), in the optical frame [m]; ``motions`` as in `LampRays`."""
     tilted = _level_points(state, lamps, motions) @ _tilt_matrix(state)
@@ -30,10 +25,7 @@ def camera_points(
 
 
 def projections_with_jacobian(
-    state: NDArray[np.float64],
-    lamps: NDArray[np.float64],
-    motions: NDArray[np.float64],
-    camera: SE3,
+    state: NDArray[np.float64], lamps: NDArray[np.float64], motions: NDArray[np.float64], camera: SE3
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the rays to the lamps, their Jacobian and the depths; arguments as in `camera_points`.
 

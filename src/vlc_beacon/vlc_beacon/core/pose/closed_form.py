@@ -7,8 +7,6 @@ are the robot's motion until the observation. Two lamps give ``X1 - X2 = k (D - 
 equation), the directions k.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 
@@ -27,11 +25,7 @@ class TwoLampSolver:
     """The lamps of one image as complex numbers."""
 
     def __init__(
-        self,
-        rays: LampRays,
-        lamps: NDArray[np.float64],
-        camera: SE3,
-        known_height: float | None = None,
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: SE3, known_height: float | None = None
     ) -> None:
         """Set the observations; arguments as in `PoseLeastSquares`."""
         self._known_height = known_height

@@ -1,7 +1,5 @@
 """Consensus of a subset of the lamps, used when no pose explains all of them, and what is wrong with the others."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Keyframes of lamp observations joined by odometry: two lamps give a pose even if never seen together."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 

@@ -4,8 +4,6 @@ An extended Kalman filter over x, y, z, yaw and three odometry biases: scale of 
 metre. The biases are estimated while lamps are in view and corrected in gaps.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

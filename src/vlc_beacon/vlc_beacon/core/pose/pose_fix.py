@@ -1,7 +1,5 @@
 """Result of localization: a pose with its diagnostics, or the reason for no pose."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 

@@ -69,9 +69,7 @@ class LampDiscs:
         return LampDiscs(beacons, centres, radii * scales, self.sigma * float(scales.max(initial=1.0)))
 
 
-def _polygon_centroids(
-    outlines: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _polygon_centroids(outlines: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return centroids, shape (n, 2), and areas, shape (n,), of polygons with k corners, shape (n, k, 2)."""
     middles = outlines.mean(axis=1)
     corners = outlines - middles[:, None]  # for the precision

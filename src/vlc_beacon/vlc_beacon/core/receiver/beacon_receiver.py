@@ -1,7 +1,5 @@
 """The complete receiver: images, odometry and tilt in; lamps, pose and commands out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 

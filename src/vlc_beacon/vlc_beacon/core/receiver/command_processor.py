@@ -4,8 +4,6 @@ Decoding a zone rule takes seconds, mostly on the way to its zone: the last rule
 authorized again with each image, so that they are executed as soon as the robot enters the zone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

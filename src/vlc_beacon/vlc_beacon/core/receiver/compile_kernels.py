@@ -1,7 +1,5 @@
 """Compiles the numba kernels by decoding a synthetic lamp, so that the first image is not delayed."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Decoders of one tracked lamp: UFSOOK under a global shutter; RS-FSK, Manchester or a tone under a rolling shutter."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Collection, Mapping

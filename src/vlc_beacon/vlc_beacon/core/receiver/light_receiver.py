@@ -1,7 +1,5 @@
 """Lamp IDs and packets from images: detection, tracking, decoding, ID confirmation."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Odometry at the time of an image."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

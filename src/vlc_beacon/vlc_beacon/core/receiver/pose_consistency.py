@@ -5,8 +5,6 @@ Without odometry, the distance to the last pose is limited by the maximum speed.
 must also be consistent with an older anchor pose. A relocated robot is accepted after a waiting time.
 """
 
-from __future__ import annotations
-
 from shirube_core.geometry import SE2
 
 JUMP_MAX = 0.3

@@ -1,7 +1,5 @@
 """A tracked lamp with its decoder, confirmed ID and last messages."""
 
-from __future__ import annotations
-
 import json
 from collections import deque
 from collections.abc import Set as AbstractSet

@@ -1,7 +1,5 @@
 """Collects bearings to lamps that send their ID, image by image."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 

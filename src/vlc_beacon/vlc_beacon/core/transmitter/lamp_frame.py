@@ -4,8 +4,6 @@ One format holds all light codes: UFSOOK symbols, tones and Manchester bits are 
 pattern of output states. `firmware/led_beacon/README.md` specifies the format.
 """
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Sequence
 from dataclasses import dataclass

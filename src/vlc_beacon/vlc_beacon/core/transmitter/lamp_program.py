@@ -4,8 +4,6 @@ Frames are made for the measured clock of the lamp's timer: a ceramic resonator 
 tolerate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -59,46 +57,29 @@ class EncodingSettings:
     frame_rate: float = setting(
         30.0,
         'frame rate of the slowest camera for rs_fsk or manchester; ufsook is for 60',
-        unit='1/s',
-        minimum=5.0,
-        maximum=240.0,
+        '1/s',
+        (5.0, 240.0),
     )
     row_time: float = setting(
-        18.9e-6,
-        'line time of the rolling shutter, to compute the rows a lamp must cover',
-        unit='s',
-        minimum=1e-6,
-        maximum=1e-3,
+        18.9e-6, 'line time of the rolling shutter, to compute the rows a lamp must cover', 's', (1e-6, 1e-3)
     )
     exposure_time: float = setting(
-        6e-5,
-        'exposure of the rows, to compute the rows a lamp must cover',
-        unit='s',
-        minimum=1e-6,
-        maximum=0.01,
+        6e-5, 'exposure of the rows, to compute the rows a lamp must cover', 's', (1e-6, 0.01)
     )
     segment_bytes: int = setting(
         1,
         'bytes per Manchester segment: more need larger lamps and reduce overhead; set the same in the receiver',
-        minimum=1,
-        maximum=SEGMENT_BYTES_MAX,
+        limits=(1, SEGMENT_BYTES_MAX),
         former_name='slot_bytes',
     )
     tone: float = setting(
-        4000.0,
-        'frequency of a constant tone (code tone), as in the beacons file',
-        unit='Hz',
-        minimum=1000.0,
-        maximum=8000.0,
+        4000.0, 'frequency of a constant tone (code tone), as in the beacons file', 'Hz', (1000.0, 8000.0)
     )
-    tick_rate: float = setting(
-        TICK_RATE, "measured clock of the lamp's timer", unit='1/s', minimum=1e6, maximum=1e8
-    )
+    tick_rate: float = setting(TICK_RATE, "measured clock of the lamp's timer", '1/s', (1e6, 1e8))
     plays: int = setting(
         0,
         'repetitions of a temporary frame before the stored frame resumes; 0 for no limit',
-        minimum=0,
-        maximum=PLAYS_MAX,
+        limits=(0, PLAYS_MAX),
     )
 
 

@@ -6,8 +6,6 @@ hex:00ff      bytes
 turn:-1.57    a command: an `Operation` with its value in SI units; stop and resume have no value
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,0 +1,1 @@
+"""Publishes images of USB cameras, videos and folders, and calibrates lenses and stereo pairs."""
