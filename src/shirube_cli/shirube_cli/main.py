@@ -14,6 +14,7 @@ usage: shirube <command> [arguments ...]
   demo [mission]                  all nodes drive a simulated robot to three goals; report in out/demo/
   demo mission --planner paper    the same with the paper's map and reward rule
   demo floor                      replay the recorded drive through the live node; report in out/demo/
+  view [BAG ...]                  the live page in the browser: watch, set goals, drive by hand, stop, replay
   run <package> <executable> ...  start an executable, as `ros2 run` does
   list                            the packages with their executables, and the benchmarks
   test [--quick] [pytest args]    run the tests; --quick: only those that guard every commit
@@ -29,6 +30,7 @@ REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS}
 COMMANDS = {
     'demo': ('shirube_cli.demo', 'demo'),
     'run': ('shirube_cli.run', 'run'),
+    'view': ('shirube_cli.run', 'view'),
     'list': ('shirube_cli.run', 'list_programs'),
     'test': ('shirube_cli.develop', 'run_tests'),
     'check': ('shirube_cli.develop', 'check'),

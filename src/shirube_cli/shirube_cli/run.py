@@ -34,6 +34,11 @@ def run(arguments: Sequence[str]) -> NoReturn:
     os.execve(sys.executable, [*command, *rest], overlay_environment(root))
 
 
+def view(arguments: Sequence[str]) -> NoReturn:
+    """Replace this process by the live view."""
+    run(['shirube_view', 'view', *arguments])
+
+
 def list_programs(arguments: Sequence[str]) -> int:
     """Print what ``run`` and ``bench`` can start; return 0."""
     if arguments:
