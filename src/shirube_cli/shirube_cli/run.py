@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Sequence
 from configparser import ConfigParser
+from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
@@ -53,6 +54,14 @@ def list_programs(arguments: Sequence[str]) -> int:
         print('shirube bench <name> [arguments ...]')
         for name in find_benchmarks(root):
             print(f'  {name}')
+    return 0
+
+
+def print_version(arguments: Sequence[str]) -> int:
+    """Print version and place of this program; return 0."""
+    if arguments:
+        raise CommandError('usage: shirube --version')
+    print(f'shirube {version("shirube")} in {find_home()}, Python {sys.version.split()[0]}')
     return 0
 
 
