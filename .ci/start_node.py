@@ -17,10 +17,10 @@ PATIENCE = 300.0
 def main() -> int:
     """Returns 0 when the node answered and ended with exit code 0."""
     with domain_id() as domain:
-        return check_node(sys.argv[1], int(domain))
+        return check_node(sys.argv[1:], int(domain))
 
 
-def check_node(path: str, domain: int) -> int:
+def check_node(command: list[str], domain: int) -> int:
     """Starts the node in a domain of its own and tells how it did."""
     said: list[str] = []
     context = rclpy.Context()
@@ -31,7 +31,7 @@ def check_node(path: str, domain: int) -> int:
     )
     executor = SingleThreadedExecutor(context=context)
     executor.add_node(listener)
-    node = subprocess.Popen(['env', f'ROS_DOMAIN_ID={domain}', path], start_new_session=True)
+    node = subprocess.Popen(['env', f'ROS_DOMAIN_ID={domain}', *command], start_new_session=True)
     try:
         end = time.monotonic() + PATIENCE
         while not said and node.poll() is None and time.monotonic() < end:

@@ -128,6 +128,7 @@ def rosdep_keys(package: str, files: Iterable[Path]) -> set[str]:
     """Return the keys that the imports of the package's files ask for."""
     modules = {module for path in files for module in imported_modules(path)}
     modules -= set(sys.stdlib_module_names) | NOT_IN_ROSDISTRO | {package, 'setuptools'}
+    modules -= {'shirube'} if package == 'shirube_cli' else set()  # its second module, the library
     return {ROSDEP_KEYS.get(module, module) for module in modules}
 
 

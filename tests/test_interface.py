@@ -101,6 +101,7 @@ EXECUTABLES = {
     'pose_arbiter': 'node',
     'motor_bridge': 'node calibrate firmware_emulator',
     'shirube_bags': 'play record check',
+    'shirube_view': 'view',
     'shirube_camera': 'camera calibrate',
 }
 

@@ -29,6 +29,7 @@ from reward_planner.interface.route_publisher import RoutePublisher
 from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings, check_source
 from shirube_core.geometry import SE2
+from shirube_ros.callback_guard import create_trigger_service
 from shirube_ros.diagnostics import Status
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
@@ -64,12 +65,13 @@ class RewardPlannerNode(ManagedNode):
     ``~/map``                  OccupancyGrid           once a second, if it changed; transient local
     ``~/local_map``            OccupancyGrid           each frame; transient local
     ``~/plan``                 Path                    each new route, empty if there is none; transient local
+    ``~/moving_obstacles``     MarkerArray             what moves and is tracked
     ``~/next_waypoint``        PoseStamped             lookahead point, with each velocity on the route
     ``cmd_vel``                TwistStamped            with ``drive``, 20 times a second
     ``/diagnostics``           DiagnosticArray         once a second
     =========================  ======================  ===================================================
 
-    Services (Trigger): ``~/clear_map`` clears the map, ``~/save_map`` writes it to a file. If nav2_msgs is
+    Services (Trigger): ``~/cancel`` the goal, ``~/clear_map``, ``~/save_map`` to a file. If nav2_msgs is
     installed, the node also serves Nav2's actions ``compute_path_to_pose``, ``navigate_to_pose`` and ``follow_path``.
     """
 
@@ -133,6 +135,7 @@ class RewardPlannerNode(ManagedNode):
         for period, work in ((_DRIVE_PERIOD, self._run_cycle), (_MAP_PERIOD, self._maps.publish_map)):
             self.create_guarded_timer(period, _CONTROL, work)
         plan = self._navigator.route_between
+        create_trigger_service(self, self._guard, '~/cancel', self._cancel)
         create_compute_path_server(self, self._guard, self._in_map, plan, self._planning.run)
         refusal = '' if is_driver else 'drive is false'
         self._actions = NavigationServer(self, self._guard, self._navigator, self._drive_to, refusal)
@@ -201,6 +204,10 @@ class RewardPlannerNode(ManagedNode):
     def _drive_to(self, message: PoseStamped, topic: str, path: list[PoseStamped] | None = None) -> None:
         goal = self._in_map(message, topic)
         self._navigator.set_goal(goal, None if path is None else [self._in_map(each, topic) for each in path])
+
+    def _cancel(self) -> str:
+        self._navigator.controller.cancel_goal()
+        return 'goal cancelled'
 
     def _in_map(self, message: PoseStamped, topic: str, *, is_latest_valid: bool = True) -> SE2:
         header, map_frame = message.header, self._settings.map_frame

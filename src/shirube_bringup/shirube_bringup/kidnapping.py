@@ -19,7 +19,7 @@ class CarriedController(EmulatedController):
     def __init__(self, *arguments: Any, **more: Any) -> None:
         """Start as it would without being carried."""
         super().__init__(*arguments, **more)
-        self._carried_at, self._displacement = math.inf, SE2(0.0, 0.0, 0.0)
+        self._carried = [(-math.inf, SE2(0.0, 0.0, 0.0))]
 
     @property
     def T_world_base(self) -> SE2:  # noqa: N802 the field's name for it
@@ -28,10 +28,9 @@ class CarriedController(EmulatedController):
 
     def pose_at(self, time: float) -> SE2:
         """Return ``T_world_base`` at a time [s], before or after it was carried."""
-        pose = super().pose_at(time)
-        return self._displacement @ pose if time >= self._carried_at else pose
+        displacement = next(each for since, each in reversed(self._carried) if time >= since)
+        return displacement @ super().pose_at(time)
 
     def carry_to(self, T_world_base: SE2) -> None:
-        """Put the robot somewhere else, once; its wheels do not turn."""
-        self._displacement = T_world_base @ super().pose_at(self.time).inverse()
-        self._carried_at = self.time
+        """Put the robot somewhere else; its wheels do not turn."""
+        self._carried.append((self.time, T_world_base @ super().pose_at(self.time).inverse()))

@@ -1,7 +1,7 @@
 """Sets up and runs one mission: nodes, simulation and robot."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from threading import Lock
@@ -64,6 +64,7 @@ def run_mission(
     planner: str = 'default',
     is_kidnapped: bool = False,
     people: int = 0,
+    domain: int | None = None,
 ) -> tuple[dict[str, Any], MissionTraces]:
     """Run a mission and return its summary, as JSON data, and its time series.
 
@@ -77,6 +78,7 @@ def run_mission(
         planner: one of `PLANNERS`.
         is_kidnapped: whether the robot is carried away at the first goal.
         people: number of people who walk in the room.
+        domain: ROS domain of the nodes; None reserves a free one.
 
     Raises:
         MissionError, ReplayError: a node did not start, or does not respond before the first step.
@@ -88,21 +90,19 @@ def run_mission(
     controller = _controller(seed, sensors.layout.start)
     with ExitStack() as stack:
         setups = mission_nodes(files, stack.enter_context(PseudoTerminal(controller, lock)).path, planner)
-        domain, nodes = _start_nodes(stack, setups, folder, log, launched=launched)
+        domain, nodes = _start_nodes(stack, setups, folder, log, domain, launched=launched)
         worker = stack.enter_context(RenderWorker(seed, waveforms))
         node, executor = simulation_graph(stack, domain)
         received = MissionSubscribers(node)
-        steps = Simulator(
-            node, executor, controller, lock, sensors, worker, received, nodes.has_ended, walking
-        )
+        given = node, executor, controller, lock, sensors, worker, received
+        steps = Simulator(*given, nodes.has_ended, walking)
         bag = MissionBag(node, record_to, lambda: steps.now) if record_to else None
         parts = sensors, controller, received, steps, MissionRecord(seed), nodes
         mission = Mission(*parts, Stopwatch(nodes, worker), is_kidnapped)
         ready, finished = _drive(mission, executor, log, began)
         if bag:
             log(f'recorded {bag.write()} messages in {bag.path}')
-    timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
-    return _make_outcome(mission, timing)
+    return _make_outcome(mission, began, ready, finished)
 
 
 def _drive(
@@ -118,7 +118,10 @@ def _drive(
     return ready, finished
 
 
-def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[str, Any], MissionTraces]:
+def _make_outcome(
+    mission: Mission, began: float, ready: float, finished: float
+) -> tuple[dict[str, Any], MissionTraces]:
+    timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
     subscribers, record, layout = mission.subscribers, mission.record, mission.sensors.layout
     fixes = {**subscribers.fixes, 'pose_arbiter': subscribers.fused}
     summary = record.summary(len(layout.goals), fixes, subscribers.commands, timing)
@@ -147,7 +150,13 @@ def _make_outcome(mission: Mission, timing: Mapping[str, float]) -> tuple[dict[s
 
 
 def _start_nodes(
-    stack: ExitStack, nodes: Sequence[NodeSetup], folder: Path, log: Callable[[str], None], *, launched: bool
+    stack: ExitStack,
+    nodes: Sequence[NodeSetup],
+    folder: Path,
+    log: Callable[[str], None],
+    domain: int | None,
+    *,
+    launched: bool,
 ) -> tuple[int, NodeProcesses]:
     """Start the nodes; return their ROS domain and processes, which end with the stack."""
     if launched:
@@ -155,7 +164,7 @@ def _start_nodes(
             node.arguments(folder)
         log(PARAMETERS_WRITTEN)
         return int(os.environ.get('ROS_DOMAIN_ID', '0')), NodeProcesses((), folder, 0)
-    domain = stack.enter_context(free_domain())
+    domain = stack.enter_context(free_domain()) if domain is None else domain
     return domain, stack.enter_context(NodeProcesses(nodes, folder, domain))
 
 

@@ -8,13 +8,15 @@ from time import monotonic
 from rclpy.executors import Executor
 from rclpy.node import Node
 
-from motor_bridge.emulator.emulated_controller import EmulatedController
 from scene_simulator.mission.pedestrians import Pedestrian
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.lockstep import NodeBarrier
+from shirube_bringup.interventions import Interventions
+from shirube_bringup.kidnapping import CarriedController
 from shirube_bringup.publishers import MissionPublishers
 from shirube_bringup.render_worker import PiecewisePath, RenderWorker
 from shirube_bringup.subscribers import MissionSubscribers
+from shirube_core.geometry import SE2
 
 STEP_MS = 20
 """Time step of the simulation [ms]."""
@@ -82,14 +84,14 @@ class Simulator:
     Attributes:
         now: mission time [ms].
         late_steps: number of steps without odometry or fused pose before the timeout.
-        people: people who walk in the room.
+        interventions: what people do to the robot from outside.
     """
 
     def __init__(
         self,
         node: Node,
         executor: Executor,
-        controller: EmulatedController,
+        controller: CarriedController,
         lock: Lock,
         sensors: MissionSensors,
         worker: RenderWorker,
@@ -117,7 +119,13 @@ class Simulator:
         self._executor, self._controller, self._lock = executor, controller, lock
         self._sensors, self._worker, self._subscribers = sensors, worker, subscribers
         self._barrier = NodeBarrier(node, executor, has_ended)
-        self.people = people
+        self._people = people
+        self.interventions = Interventions(node, self._carry_to)
+
+    @property
+    def people(self) -> list[Pedestrian]:
+        """People who walk in the room, or were put there."""
+        return [*self._people, *self.interventions.people]
 
     def step(self) -> None:
         """Advance by one time step.
@@ -168,10 +176,14 @@ class Simulator:
         busy = list[str]()
         for camera in CAMERAS:
             for index in camera.indices(before, self.now, camera.latency):
-                pictures = self._worker.collect(camera.name, index)
+                pictures = self.interventions.apply(camera.name, self._worker.collect(camera.name, index))
                 self.publishers.publish_images(camera.name, camera.time_ms(index), pictures)
                 busy += SUBSCRIBERS[camera.name]
         self.wait_for_nodes(*busy)
+
+    def _carry_to(self, T_map_base: SE2) -> None:
+        with self._lock:
+            self._controller.carry_to(T_map_base)
 
     def _wait_for_motion(self) -> None:
         """Wait for the odometry and the fused pose of this step; the bridge may be reconnecting."""

@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from types import TracebackType
 from typing import Self
@@ -16,6 +17,8 @@ from tqdm import tqdm
 from shirube_cli.kernel_registry import KernelSet
 from shirube_cli.project import CommandError
 
+PROGRESS_FILE = 'SHIRUBE_PROGRESS'
+"""Environment variable with the file in which the live view finds how far the compilers are."""
 _LINE_INTERVAL = 10.0
 """Time between two lines where the output is not a terminal [s]."""
 
@@ -54,6 +57,8 @@ class Progress:
         """Add things that are done."""
         with self._lock:
             self._done += count
+            if file := os.environ.get(PROGRESS_FILE):
+                Path(file).write_text(f'{self._title}: {self._done} of {self._total}\n')
             if self._bar is not None:
                 self._bar.update(count)
             elif time.monotonic() >= self._next_line:

@@ -2,6 +2,7 @@
 
 import errno
 import io
+import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -14,6 +15,7 @@ usage: shirube <command> [arguments ...]
   demo [mission]                  all nodes drive a simulated robot to three goals; report in out/demo/
   demo mission --planner paper    the same with the paper's map and reward rule
   demo floor                      replay the recorded drive through the live node; report in out/demo/
+  view [BAG ...]                  the live page in the browser: watch, set goals, drive by hand, stop, replay
   run <package> <executable> ...  start an executable, as `ros2 run` does
   list                            the packages with their executables, and the benchmarks
   test [--quick] [pytest args]    run the tests; --quick: only those that guard every commit
@@ -21,14 +23,17 @@ usage: shirube <command> [arguments ...]
   bench <name>                    run one of the benchmarks
   migrate FILE ...                rename former parameters in your parameter files
   doctor [FILE ...]               what is wrong with the running nodes, the machine or parameter files
+  --version                       the version, and where it is installed
 """
 FULL_DISK = {errno.ENOSPC, errno.EDQUOT}
-REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS}
+REFUSALS = {*FULL_DISK, errno.EACCES, errno.EPERM, errno.EROFS, errno.EPIPE}
 """Errors of the operating system that are no fault of the program."""
 # Imported only when asked for: `run` should start quickly.
 COMMANDS = {
     'demo': ('shirube_cli.demo', 'demo'),
     'run': ('shirube_cli.run', 'run'),
+    'view': ('shirube_cli.run', 'view'),
+    '--version': ('shirube_cli.run', 'print_version'),
     'list': ('shirube_cli.run', 'list_programs'),
     'test': ('shirube_cli.develop', 'run_tests'),
     'check': ('shirube_cli.develop', 'check'),
@@ -51,7 +56,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     module, function = COMMANDS[name]
     command: Callable[[Sequence[str]], int] = getattr(import_module(module), function)
     try:
-        return command(rest)
+        code = command(rest)
+        sys.stdout.flush()
     except CommandError as error:
         print(f'shirube: {error}', file=sys.stderr)
         return 1
@@ -59,9 +65,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if error.errno not in REFUSALS:
             raise
         print(f'shirube: {_explain(error)}', file=sys.stderr)
+        _drop_output()
         return 1
     except KeyboardInterrupt:
         return 130
+    return code
 
 
 def bags_main() -> int:
@@ -76,10 +84,18 @@ def _replace_unprintable() -> None:
             stream.reconfigure(errors='replace')
 
 
+def _drop_output() -> None:
+    """Let Python's own last flush of what cannot be written succeed."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def _explain(error: OSError) -> str:
-    path = error.filename or 'the disk'
+    if error.errno == errno.EPIPE:
+        return 'nobody reads the output any more'
+    path = error.filename or 'the output'
     if error.errno in FULL_DISK:
         return f'the disk is full: cannot write {path}; free some space and try again'
-    return (
-        f'no permission to write {path}; copy the repository to a folder of your own and call ./shirube there'
-    )
+    return f'no permission to write {path}; work in a folder of your own (a clone: copy it there)'

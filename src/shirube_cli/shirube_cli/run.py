@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Sequence
 from configparser import ConfigParser
+from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
@@ -34,6 +35,11 @@ def run(arguments: Sequence[str]) -> NoReturn:
     os.execve(sys.executable, [*command, *rest], overlay_environment(root))
 
 
+def view(arguments: Sequence[str]) -> NoReturn:
+    """Replace this process by the live view."""
+    run(['shirube_view', 'view', *arguments])
+
+
 def list_programs(arguments: Sequence[str]) -> int:
     """Print what ``run`` and ``bench`` can start; return 0."""
     if arguments:
@@ -48,6 +54,14 @@ def list_programs(arguments: Sequence[str]) -> int:
         print('shirube bench <name> [arguments ...]')
         for name in find_benchmarks(root):
             print(f'  {name}')
+    return 0
+
+
+def print_version(arguments: Sequence[str]) -> int:
+    """Print version and place of this program; return 0."""
+    if arguments:
+        raise CommandError('usage: shirube --version')
+    print(f'shirube {version("shirube")} in {find_home()}, Python {sys.version.split()[0]}')
     return 0
 
 

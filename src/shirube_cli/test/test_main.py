@@ -1,6 +1,7 @@
 """What the command answers to good and bad requests."""
 
 import errno
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -34,6 +35,26 @@ def test_bad_request_is_one_clear_line_and_exit_code_1(
     first, *_ = capsys.readouterr().err.splitlines()
     assert first.startswith('shirube: ')
     assert said in first
+
+
+def test_version_and_help_of_benchmarks_are_answers(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(['--version']) == 0
+    assert capsys.readouterr().out.startswith('shirube 0.')
+    assert main(['bench', '--help']) == 0
+    assert 'tracking' in capsys.readouterr().out
+
+
+def test_full_device_and_closed_pipe_are_one_line_each() -> None:
+    command = [sys.executable, '-m', 'shirube_cli', '--version']
+    with Path('/dev/full').open('w') as full:
+        done = subprocess.run(command, check=False, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr.count('\n')) == (1, 1)
+    assert 'the disk is full: cannot write the output' in done.stderr
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(command, check=False, stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, 'shirube: nobody reads the output any more\n')
 
 
 def test_ascii_terminal_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:

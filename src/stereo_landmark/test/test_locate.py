@@ -15,7 +15,7 @@ from shirube_core.geometry import SE2, PinholeCamera
 from stereo_landmark.commands.locate import main
 
 OTHER = PinholeCamera(376, 240, 351.0, 351.0, 187.5, 119.5)
-OTHERS = rectified_calibration(OTHER), rectified_calibration(OTHER, 0.2)
+OTHERS = rectified_calibration(OTHER), rectified_calibration(OTHER, 0.3)
 START = 1_700_000_000_123_456_789
 FRAME = 100_000_000
 
@@ -86,7 +86,7 @@ def misspell(files):
         (misspell, 'wall.yaml: stereo_calibration.base_line does not exist, did you mean baseline?'),
         (lambda files: files.write([np.zeros((480, 640), np.uint8)] * 2), 'is 640x480'),
         (lambda files: files.write(calibrations=CALIBRATIONS[::-1]), 'baseline is -0.2 m, it must be'),
-        (lambda files: files.write(calibrations=OTHERS), 'place wall was taught with other cameras'),
+        (lambda files: files.write(calibrations=OTHERS), 'place wall was taught with baseline'),
     ],
 )
 def test_a_wrong_file_is_one_line(files, capsys, change, words):
@@ -179,4 +179,4 @@ def test_unequal_stamps_are_reported_and_paired_on_request(bag_options, tmp_path
 
 def test_a_bag_of_other_cameras_ends_with_the_line_that_says_so(bag_options, capsys):
     line = refusal(capsys, bag_options([(START, seen(HERE))], OTHERS))
-    assert 'no pair has a displacement: place wall was taught with other cameras' in line
+    assert 'no pair has a displacement: place wall was taught with baseline' in line

@@ -39,6 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             planner=options.planner,
             is_kidnapped=options.kidnap,
             people=options.people,
+            domain=options.domain,
         )
         write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
         lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in traces.truth)
@@ -82,6 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         '--people', type=int, default=2, help='people who walk in the room (default: %(default)s)'
     )
+    parser.add_argument('--domain', type=int, help='ROS domain of the nodes (default: a free one)')
     parser.add_argument(
         '--launched',
         action='store_true',

@@ -14,7 +14,7 @@ from shirube_ros.errors import CameraFileError
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import NoTargetDetection
-from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.settings import SHAPES, LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import SpatialPoints
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.hints import report_target
@@ -86,7 +86,8 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     )
     place = teacher.teach(config.name, selections, config.T_map_place)
     # (d) Procedure tree: the place must be recognized in its own images.
-    answer = LandmarkLocalizer([place]).locate(images.left, images.right, images.tilt)
+    settings = LandmarkSettings(method=SHAPES)  # features would find any place
+    answer = LandmarkLocalizer([place], settings).locate(images.left, images.right, images.tilt)
     if file.exists() and isinstance(answer, NoLandmarkFix):
         raise StereoLandmarkError(
             f'{place.name} is not recognized in its own images: {answer.reason} ({answer.detail}); '

@@ -1,93 +1,35 @@
 """Localizes the robot at taught places from stereo images (paper 3.4, fig. 6)."""
 
+import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from shirube_core.geometry import SE2, matrix_from_rpy
 from stereo_landmark.core.arrays import Floats, GreyImage
+from stereo_landmark.core.features.feature_search import SeenImages
+from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.paper_search import PaperSearch
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import (
-    NoDetectionReason,
     NoTargetDetection,
     TargetDetection,
     TargetResult,
     TargetSearch,
 )
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.settings import CLOSED_FORM, PAPER, LandmarkSettings
+from stereo_landmark.core.settings import BOTH, CLOSED_FORM, PAPER, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.view_localizer import ShapePoints, ViewFault, ViewLocalizer, state_of
 
-_STAGES = (NoDetectionReason.NO_CANDIDATE, NoDetectionReason.NOT_SIGNIFICANT, NoDetectionReason.AMBIGUOUS)
-"""Stages of the target search in the order in which they can fail."""
+__all__ = ['LandmarkFix', 'LandmarkLocalizer', 'NoLandmarkFix']
 
-
-@dataclass(frozen=True)
-class LandmarkFix:
-    """Pose of the robot at a taught place.
-
-    Attributes:
-        place: recognized place.
-        displacement: displacement from the taught pose.
-        detections: detection results of the targets.
-        matched_patches: names of the primitives measured by patch alignment; the others are measured by their outlines.
-    """
-
-    place: TaughtPlace
-    displacement: PlaceFix
-    detections: tuple[TargetResult, ...]
-    matched_patches: tuple[str, ...] = ()
-
-    @property
-    def T_map_base(self) -> SE2 | None:  # noqa: N802
-        """Pose of the robot in the map, None if the place has no map pose."""
-        T_map_place = self.place.T_map_place
-        return None if T_map_place is None else T_map_place @ self.displacement.T_place_base
-
-    @property
-    def map_covariance(self) -> Floats:
-        """Covariance of x, y [m] and yaw [rad] in the map, shape (3, 3); in the place's frame if it has no map pose."""
-        T_map_place = self.place.T_map_place
-        turn = matrix_from_rpy((0.0, 0.0, 0.0 if T_map_place is None else T_map_place.yaw))
-        planar = self.displacement.covariance[np.ix_([0, 1, 3], [0, 1, 3])]
-        return np.asarray(turn @ planar @ turn.T)
-
-    @property
-    def log_likelihood_ratio(self) -> float:
-        """Log-likelihood ratio against chance, summed over all targets."""
-        return sum(each.log_likelihood_ratio for each in self.detections if isinstance(each, TargetDetection))
-
-
-@dataclass(frozen=True)
-class NoLandmarkFix:
-    """No pose, and why.
-
-    Attributes:
-        reason: message, the same for the same kind of failure.
-        detail: numbers and names for the diagnostics.
-        detections: detection results at the place that came nearest to a fix.
-    """
-
-    reason: str
-    detail: str
-    detections: tuple[TargetResult, ...] = ()
-
-    @property
-    def progress(self) -> tuple[int, float]:
-        """Progress for comparison: stage of the best target, and log-likelihood ratio of the detected ones."""
-        found = [each for each in self.detections if isinstance(each, TargetDetection)]
-        stages = [
-            _STAGES.index(each.reason) if isinstance(each, NoTargetDetection) else len(_STAGES)
-            for each in self.detections
-        ]
-        return max(stages, default=0), sum(each.log_likelihood_ratio for each in found)
-
+SHAPES_YAW_MAX = math.radians(20.0)
+"""Maximum yaw that is searched by the shapes of a place with features [rad]."""
 
 _ViewKey = tuple[ImageProcessing, frozenset[PrimitiveKind], StereoRig]
 
@@ -114,11 +56,23 @@ class LandmarkLocalizer:
         self._settings = settings or LandmarkSettings()
         search, self._place_settings = self._settings.search, self._settings.place
         self._patches: dict[str, TaughtPatches] = {}
+        self._views: dict[str, ViewLocalizer] = {}
         if self._settings.mode == PAPER:
             self._paper_searches = {place.name: PaperSearch(place, search) for place in places}
             self._place_settings = replace(self._place_settings, method=CLOSED_FORM)
         else:
-            self._searches = {place.name: TargetSearch(place, search) for place in places}
+            if self._settings.method != SHAPES:
+                self._views = {
+                    place.name: ViewLocalizer(place.pair.features, place.rig, self._settings)
+                    for place in places
+                    if place.pair is not None
+                }
+            # Beyond this yaw, features find the pose faster than shapes.
+            narrow = replace(search, yaw_max=min(search.yaw_max, SHAPES_YAW_MAX))
+            self._searches = {
+                place.name: TargetSearch(place, narrow if place.name in self._views else search)
+                for place in places
+            }
             sigma = self._place_settings.pixel_sigma
             self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
 
@@ -141,6 +95,7 @@ class LandmarkLocalizer:
             StereoLandmarkError: an image has another type or size than those of the place's cameras.
         """
         views: dict[_ViewKey, StereoView] = {}
+        seen = SeenImages(left, right)
         failures: list[NoLandmarkFix] = []
         for is_likely in (True, False):
             fixes: list[LandmarkFix] = []
@@ -148,8 +103,7 @@ class LandmarkLocalizer:
                 if (place.name in likely_places) is not is_likely:
                     continue
                 _check_sizes(place, (left, right))
-                detections = self._detect(place, (left, right), tilt, views)
-                result = self._locate_at(place, detections, (left, right), tilt)
+                result = self._locate_at(place, seen, tilt, views)
                 if isinstance(result, LandmarkFix):
                     fixes.append(result)
                 else:
@@ -160,17 +114,69 @@ class LandmarkLocalizer:
         # No place: the reason of the one that came nearest to a fix.
         return max(failures, key=lambda failure: failure.progress)
 
+    def _locate_at(
+        self,
+        place: TaughtPlace,
+        images: SeenImages,
+        tilt: tuple[float, float],
+        views: dict[_ViewKey, StereoView],
+    ) -> LandmarkFix | NoLandmarkFix:
+        """Return the pose at a place: shapes find it, else features, and the fit uses both."""
+        view = self._views.get(place.name)
+        by_shapes: LandmarkFix | NoLandmarkFix = NoLandmarkFix(
+            ViewFault.NOT_FOUND.value, f'place {place.name}'
+        )
+        if view is None or self._settings.method == BOTH:
+            detections = self._detect(place, images, tilt, views)
+            by_shapes, points = self._locate_by_shapes(place, detections, images, tilt)
+        if view is None:
+            return by_shapes
+        shape_fix = by_shapes.displacement if isinstance(by_shapes, LandmarkFix) else None
+        confirmed = None if shape_fix is None else view.confirm(shape_fix, images)
+        if isinstance(by_shapes, LandmarkFix) and confirmed is not None:
+            used = np.array(
+                [name in by_shapes.displacement.names for name in points.seen.names], dtype=np.bool_
+            )
+            points = ShapePoints(points.seen.subset(used), points.taught)
+            fix = view.fit(state_of(by_shapes.displacement), confirmed, points, tilt)
+            return self._finish(place, fix, by_shapes.detections, by_shapes.matched_patches)
+        found = view.find(images, tilt, shape_fix)
+        if isinstance(found, ViewFault):
+            if found is ViewFault.NOT_FOUND and (shape_fix is None or view.is_sparse):
+                return by_shapes
+            return self._finish(place, found, by_shapes.detections)
+        state, measured = found
+        detections = ()
+        if self._settings.method == BOTH:
+            level = state[4], state[5]
+            detections = self._detect(place, images, level, views, state[:4])
+        points, patches = self._measure(place, detections, images)
+        return self._finish(place, view.fit(state, measured, points, tilt), detections, patches)
+
+    def _finish(
+        self,
+        place: TaughtPlace,
+        result: PlaceFix | ViewFault,
+        detections: tuple[TargetResult, ...],
+        patches: tuple[str, ...] = (),
+    ) -> LandmarkFix | NoLandmarkFix:
+        if isinstance(result, PlaceFix):
+            return LandmarkFix(place, result, detections, patches)
+        return NoLandmarkFix(result.value, f'place {place.name}', detections)
+
     def _detect(
         self,
         place: TaughtPlace,
-        images: tuple[GreyImage, GreyImage],
+        images: SeenImages,
         tilt: tuple[float, float],
         views: dict[_ViewKey, StereoView],
+        state: Floats | None = None,
     ) -> tuple[TargetResult, ...]:
-        """Search each target by its procedure tree (figs 7 and 8)."""
+        """Search each target by its procedure tree (figs 7 and 8), or at a known state, shape (4,)."""
         if self._settings.mode == PAPER:
+            pair = images.left, images.right
             return tuple(
-                self._paper_searches[place.name].search(target, images, tilt) for target in place.targets
+                self._paper_searches[place.name].search(target, pair, tilt) for target in place.targets
             )
         detections = []
         for target in place.targets:
@@ -178,33 +184,45 @@ class LandmarkLocalizer:
             processing = target.processing or place.processing
             key = processing, frozenset(place.kinds), place.rig
             if key not in views:
-                scenes = [detect_scene(image, processing, place.kinds) for image in images]
+                scenes = [
+                    detect_scene(image, processing, place.kinds) for image in (images.left, images.right)
+                ]
                 views[key] = StereoView(scenes[0], scenes[1], place.rig, tilt)
-            detections.append(self._searches[place.name].search(target, views[key]))
+            search = self._searches[place.name]
+            if state is None:
+                detections.append(search.search(target, views[key]))
+            else:
+                detections.append(search.search_at(target, replace(views[key], tilt=tilt), state))
         return tuple(detections)
 
-    def _locate_at(
-        self,
-        place: TaughtPlace,
-        detections: tuple[TargetResult, ...],
-        images: tuple[GreyImage, GreyImage],
-        tilt: tuple[float, float],
-    ) -> LandmarkFix | NoLandmarkFix:
+    def _measure(
+        self, place: TaughtPlace, detections: tuple[TargetResult, ...], images: SeenImages
+    ) -> tuple[ShapePoints, tuple[str, ...]]:
+        """Return the points that were selected for the pose (4c), and the names of the patches that measure them."""
         # The corresponding points of the targets in both images (3.3d).
         seen = concatenate([each.points for each in detections if isinstance(each, TargetDetection)])
         taught = place.coordinates
-        matched_patches: tuple[str, ...] = ()
+        patches: tuple[str, ...] = ()
         if place.name in self._patches:
             # Points inside of quadrilaterals again by their texture, with their own taught coordinates.
-            seen, taught, matched_patches = self._patches[place.name].measure(seen, images)
-        # The points that were selected for the pose (4c).
+            seen, taught, patches = self._patches[place.name].measure(seen, (images.left, images.right))
         selected = {f'{target.name}/{point}' for target in place.targets for point in target.points}
         is_selected = np.array([name in selected for name in seen.names], dtype=np.bool_)
+        return ShapePoints(seen.subset(is_selected), taught), patches
+
+    def _locate_by_shapes(
+        self,
+        place: TaughtPlace,
+        detections: tuple[TargetResult, ...],
+        images: SeenImages,
+        tilt: tuple[float, float],
+    ) -> tuple[LandmarkFix | NoLandmarkFix, ShapePoints]:
+        points, patches = self._measure(place, detections, images)
         # Points at inconsistent distances are excluded (end of 3.4); the others determine the displacement (3.1).
-        result = PlaceLocator(place.rig, self._place_settings).locate(seen.subset(is_selected), taught, tilt)
+        result = PlaceLocator(place.rig, self._place_settings).locate(*points, tilt)
         if isinstance(result, PlaceFix):
-            return LandmarkFix(place, result, detections, matched_patches)
-        return _describe_failure(place, detections, result)
+            return LandmarkFix(place, result, detections, patches), points
+        return _describe_failure(place, detections, result), points
 
     def _select_best(self, fixes: list[LandmarkFix]) -> LandmarkFix | NoLandmarkFix:
         """Return the fix with the highest log-likelihood ratio, unless it is ambiguous."""

@@ -84,7 +84,7 @@ class SearchSettings:
         0.8, 'maximum distance of the robot from the taught pose', 'm', (0.05, 10.0), former_name='reach'
     )
     yaw_max: float = setting(
-        math.radians(20.0),
+        math.radians(45.0),
         'maximum yaw of the robot relative to the taught pose',
         'rad',
         (0.02, 1.2),
@@ -140,6 +140,12 @@ class PlaceSettings:
     pixel_sigma: float = setting(
         0.05, 'calibration error, standard deviation along each axis of each image', 'px', (0.0, 10.0)
     )
+    bias_sigma: float = setting(
+        0.05,
+        'systematic error of disparities and rows that all points of a pair share, standard deviation',
+        'px',
+        (0.001, 2.0),
+    )
     tilt_sigma: float = setting(
         0.002,
         'standard deviation of the roll and pitch prior; 0 fixes them, 0.5 estimates them from the points',
@@ -177,6 +183,7 @@ class PairSettings:
 
 
 LIKELIHOOD, PAPER = 'likelihood', 'paper'
+SHAPES, FEATURES, BOTH = 'shapes', 'features', 'both'
 
 
 @dataclass(frozen=True)
@@ -188,6 +195,11 @@ class LandmarkSettings:
         'search by the likelihood of pose hypotheses in the whole images; or as in the paper by the procedure tree in '
         'windows, without surroundings and patches, with the closed form',
         choices=(LIKELIHOOD, PAPER),
+    )
+    method: str = setting(
+        BOTH,
+        'find and measure the taught shapes, the features of the whole taught view, or both; paper mode uses shapes',
+        choices=(SHAPES, FEATURES, BOTH),
     )
     search: SearchSettings = field(default_factory=SearchSettings)
     place: PlaceSettings = field(default_factory=PlaceSettings)

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import logging
-import signal
 from collections.abc import Hashable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -14,9 +13,9 @@ from typing import Any
 from aiohttp import WSMsgType, web
 
 from shirube_ros.errors import CameraFileError
+from shirube_ros.web.access import access_middleware
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import encode_png
-from stereo_landmark.page.access import access_middleware
 from stereo_landmark.page.request_handler import RequestHandler
 
 _LOG = logging.getLogger(__name__)
@@ -124,36 +123,6 @@ class PageServer:
         for socket in list(self._pages):
             await socket.close()
         self._worker.shutdown(wait=False, cancel_futures=True)
-
-
-def serve(server: PageServer, host: str, port: int, on_ready: Any) -> None:
-    """Serve until SIGINT or SIGTERM.
-
-    Args:
-        server: page server.
-        host: address to listen on.
-        port: port to listen on, 0 for any free port.
-        on_ready: callback with the actual port.
-
-    Raises:
-        OSError: the port is in use, or the address does not belong to this machine.
-    """
-    logging.getLogger('aiohttp.access').setLevel(logging.WARNING)
-    asyncio.run(_serve(server, host, port, on_ready))
-
-
-async def _serve(server: PageServer, host: str, port: int, on_ready: Any) -> None:
-    runner = web.AppRunner(server.application(), shutdown_timeout=1.0)
-    await runner.setup()
-    try:
-        await web.TCPSite(runner, host, port).start()
-        on_ready(runner.addresses[0][1])
-        end = asyncio.Event()
-        for each in (signal.SIGINT, signal.SIGTERM):
-            asyncio.get_running_loop().add_signal_handler(each, end.set)
-        await end.wait()
-    finally:
-        await runner.cleanup()
 
 
 def _static_folder() -> Path:

@@ -12,13 +12,14 @@ from pathlib import Path
 
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import check_settings
+from shirube_ros.web.access import is_loopback, new_token, reachable_host
+from shirube_ros.web.serving import serve
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.edits import TeachingState, rename_place, state_from_place
 from stereo_landmark.files.place_file import load_place
 from stereo_landmark.node_settings import NodeSettings
-from stereo_landmark.page.access import is_loopback, new_token, reachable_host
 from stereo_landmark.page.drive_teaching import propose_from_drive
-from stereo_landmark.page.page_server import PageServer, serve
+from stereo_landmark.page.page_server import PageServer
 from stereo_landmark.page.pair_source import StereoPairs, bag_pairs, file_pairs, join_pairs, taught_pair
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler, SaveStatus

@@ -18,7 +18,7 @@ from stereo_landmark.core.pair.camera_pair import (
 from stereo_landmark.core.pair.rectification_check import check_pair
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
-from stereo_landmark.core.stereo import StereoRig, calibration_hash
+from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
 LAST_PLACE_TIMEOUT = 10.0
@@ -26,8 +26,10 @@ LAST_PLACE_TIMEOUT = 10.0
 
 CHECK_INTERVAL = 2.0
 """Time between two epipolar checks of the cameras [s]."""
-_MOUNT_TOLERANCE = 1e-6
-"""Tolerance of the mount's position [m] and rotation [rad]."""
+_RELATIVE_CHANGE_MAX = 0.05
+"""Largest relative change of baseline and focal length by a calibration."""
+_MOUNT_CHANGE_MAX = 0.02
+"""Largest change of the mount's position [m] and rotation [rad] by a calibration."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +73,8 @@ class PairLocalizer:
         settings: LandmarkSettings,
         raw: tuple[CameraCalibration, CameraCalibration] | None = None,
     ) -> None:
-        for place in places:
-            check_cameras(place, rig)
         self._rig = rig
-        self._localizer = LandmarkLocalizer(places, settings)
+        self._localizer = LandmarkLocalizer([recalibrate(place, rig) for place in places], settings)
         self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
         self.last_place: tuple[int, str] | None = None  # stamp [ns] and name
         self._last_valid_stamp: int | None = None  # last stamp with a valid rectified pair [ns]
@@ -115,27 +115,46 @@ class PairLocalizer:
         return LocatedPair(stamp_ns, left, result, tilt, self._rig)
 
 
-def check_cameras(place: TaughtPlace, rig: StereoRig) -> None:
-    """Check that the cameras are those with which a place was taught.
+def recalibrate(place: TaughtPlace, rig: StereoRig) -> TaughtPlace:
+    """Return a place for the present calibration of its cameras; its points stay where they are in space.
 
     Raises:
-        StereoLandmarkError: intrinsics, baseline or camera mount differ.
+        StereoLandmarkError: image size, baseline, focal length or mount differ by more than a calibration changes them.
     """
-    taught, present = calibration_hash(place.rig), calibration_hash(rig)
-    if taught != present:
-        raise StereoLandmarkError(
-            f'place {place.name} was taught with other cameras (calibration {taught}, now {present}); '
-            'use the calibration it was taught with, or teach it again'
-        )
-    for name, mine, other in (
-        ('camera_xyz', rig.mount.xyz, place.rig.mount.xyz),
-        ('camera_rpy', rig.mount.rpy, place.rig.mount.rpy),
-    ):
-        if not np.allclose(mine, other, rtol=0.0, atol=_MOUNT_TOLERANCE):
-            raise StereoLandmarkError(
-                f'place {place.name} was taught with {name} {_format_vector(other)}, now it is {_format_vector(mine)}; '
-                'set the taught value, or teach the place again'
+    taught = place.rig
+    size, now = ((each.left.width, each.left.height) for each in (taught, rig))
+    changes = (
+        ('image size', f'{size[0]}x{size[1]}', f'{now[0]}x{now[1]}', size != now),
+        (
+            'baseline',
+            f'{taught.baseline:.4g} m',
+            f'{rig.baseline:.4g} m',
+            _ratio(taught.baseline, rig.baseline),
+        ),
+        ('fx', f'{taught.left.fx:.4g} px', f'{rig.left.fx:.4g} px', _ratio(taught.left.fx, rig.left.fx)),
+        *(
+            (f'camera_{name}', _format_vector(old), _format_vector(new), _distance(old, new))
+            for name, old, new in (
+                ('xyz', taught.mount.xyz, rig.mount.xyz),
+                ('rpy', taught.mount.rpy, rig.mount.rpy),
             )
+        ),
+    )
+    for name, old, new, is_other in changes:
+        if is_other:
+            raise StereoLandmarkError(
+                f'place {place.name} was taught with {name} {old}, now it is {new}; '
+                'use the cameras it was taught with, or teach it again'
+            )
+    return replace(place, rig=rig)
+
+
+def _ratio(taught: float, present: float) -> bool:
+    return abs(present / taught - 1.0) > _RELATIVE_CHANGE_MAX
+
+
+def _distance(taught: tuple[float, ...], present: tuple[float, ...]) -> bool:
+    return not np.allclose(taught, present, rtol=0.0, atol=_MOUNT_CHANGE_MAX)
 
 
 def _format_vector(numbers: tuple[float, ...]) -> str:

@@ -140,7 +140,8 @@ class TaughtPatches:
         self, template: PatchTemplate, names: tuple[str, ...], right: GreyImage
     ) -> SpatialPoints | None:
         """Triangulate the points of a patch; None if it cannot be aligned with the taught right image."""
-        place, rig = self._place, self._place.rig
+        place = self._place
+        rig = place.rig if place.pair is None else place.pair.rig
         tilt = (0.0, 0.0) if place.images is None else place.images.tilt
         corners = place.coordinates.select(names).positions
         start = reproject(np.array([0.0, 0.0, 0.0, 0.0, *tilt]), corners, rig).pixels[:, 2:]

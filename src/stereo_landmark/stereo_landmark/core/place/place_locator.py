@@ -36,8 +36,10 @@ class PlaceFix:
         height: height of the base above the taught pose [m].
         tilt: estimated roll and pitch of the base [rad].
         covariance: covariance of x, y, z [m] and yaw [rad], shape (4, 4).
-        names: names of the inlier points.
-        residuals: reprojection residuals of these points, u, v left and u, v right, shape (n, 4) [px].
+        names: names of the inlier points of shapes.
+        residuals: reprojection residuals of these points and of the features, u, v left and u, v right, shape (n, 4)
+            [px].
+        feature_count: number of features of the taught view in the fit.
     """
 
     T_place_base: SE2
@@ -46,6 +48,7 @@ class PlaceFix:
     covariance: Floats
     names: tuple[str, ...]
     residuals: Floats
+    feature_count: int = 0
 
     @property
     def position_sigma(self) -> float:

@@ -58,7 +58,7 @@ def find_consensus_set(found: SpatialPoints, taught: SpatialPoints, tilt_sigma: 
     margin_variances = (max(BEARING_ERROR, tilt_sigma) * ranges) ** 2
     found_covariances = found.covariances + margin_variances[:, None, None] * np.eye(3)
     pairs = np.array(np.triu_indices(len(found), 1), dtype=np.int64).T
-    pairs = np.ascontiguousarray(pairs[:: 1 + (len(pairs) - 1) // PAIRS_MAX])
+    pairs = np.ascontiguousarray(pairs[:: 1 + max(len(pairs) - 1, 0) // PAIRS_MAX])
     support = np.zeros((len(pairs), len(found)))
     _score_pairs(found.positions, taught.positions, found_covariances, taught.covariances, pairs, support)
     if not len(pairs):

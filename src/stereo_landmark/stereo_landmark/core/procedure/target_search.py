@@ -130,6 +130,31 @@ class TargetSearch:
             return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, detail)
         # 4. Primitives are matched again at the pixels that the pose predicts.
         fits = self._match_again(GuidedMatcher(target, points, view, tolerances), fits)
+        return self._select(target, fits, view)
+
+    def search_at(
+        self, target: TaughtTarget, view: StereoView, state: Floats
+    ) -> TargetDetection | NoTargetDetection:
+        """Search a target at a known pose.
+
+        Args:
+            target: target of the place.
+            view: stereo view with the place's kinds of primitives.
+            state: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+        """
+        matcher = GuidedMatcher(target, self._taught_points(target), view, self._place.processing.tolerances)
+        chosen = matcher.match(state[None], GUIDED_MATCHING_WINDOWS[0])[0]
+        if (chosen[:, 0] < 0).all():
+            return NoTargetDetection(
+                target.name, NoDetectionReason.NO_CANDIDATE, 'not where the view predicts it'
+            )
+        return self._select(target, [_Fit(state, partial(matcher.pairs, chosen))], view)
+
+    def _select(
+        self, target: TaughtTarget, fits: list[_Fit], view: StereoView
+    ) -> TargetDetection | NoTargetDetection:
+        """Return the most likely of the fitted poses, if it is significant and unique, with refined primitives."""
+        tolerances = self._place.processing.tolerances
         # 5. Log-likelihood ratio: all primitives of the place that should be visible, against chance.
         states = np.array([fit.state for fit in fits])
         ratios = PoseScorer(self._expected, view, tolerances, self._settings).score(states)

@@ -11,6 +11,7 @@ import numpy as np
 
 from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.features.taught_features import TaughtPair
 from stereo_landmark.core.primitives.primitive import (
     ImageProcessing,
     Primitive,
@@ -84,6 +85,8 @@ class TaughtPlace:
         context_landmarks: context landmarks: other primitives around the targets, which disambiguate similar targets.
         T_map_place: pose of the place in the map, None if unknown.
         images: images used for teaching, None if not available.
+        pair: these images with the cameras used for teaching, which may have been calibrated again since; made from
+            images and rig.
     """
 
     name: str
@@ -94,6 +97,11 @@ class TaughtPlace:
     processing: ImageProcessing = field(default_factory=ImageProcessing)
     T_map_place: SE2 | None = None
     images: StereoImages | None = field(default=None, compare=False, repr=False)
+    pair: TaughtPair | None = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if self.images is not None and (self.pair is None or self.pair.images is not self.images):
+            object.__setattr__(self, 'pair', TaughtPair(self.images, self.rig))
 
     @property
     def kinds(self) -> set[PrimitiveKind]:

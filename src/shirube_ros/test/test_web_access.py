@@ -2,7 +2,7 @@ import ipaddress
 
 import pytest
 
-from stereo_landmark.page.access import is_loopback, reachable_host
+from shirube_ros.web.access import is_loopback, reachable_host
 
 
 @pytest.mark.parametrize(

@@ -1,11 +1,11 @@
-"""Access control of the page: open on this machine, with a token from elsewhere."""
+"""Access control of pages: open on this machine, with a token from elsewhere."""
 
 import hashlib
 import hmac
 import ipaddress
 import secrets
 import socket
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Sequence
 from urllib.parse import urlsplit
 
 from aiohttp import web
@@ -36,30 +36,37 @@ def new_token() -> str:
     return secrets.token_urlsafe(16)
 
 
-def access_middleware(token: str) -> Callable[..., Awaitable[web.StreamResponse]]:
+def access_middleware(*tokens: str) -> Callable[..., Awaitable[web.StreamResponse]]:
     """Return the middleware that rejects unauthorized requests.
 
     Without a token only requests to a loopback host are accepted, which prevents DNS rebinding; cross-site requests are
     always rejected.
 
     Args:
-        token: token that must be given once in the address, empty for none.
+        tokens: one of them must be given once in the address; an empty one counts for none.
     """
+    tokens = tuple(filter(None, tokens))
 
     @web.middleware
     async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
         _reject_cross_site(request)
-        if not token:
+        if not tokens:
             if not is_loopback(_host_name(request)):
                 raise web.HTTPForbidden(text='this page is for 127.0.0.1; give --host to open it to others')
-        elif not _is_valid_token(request.cookies.get(_cookie_name(token), ''), token):
-            raise _login_response(request, token)
+        elif 'token' in request.query or role_of(request, tokens) is None:
+            raise _login_response(request, tokens)
         response = await handler(request)
         if not response.prepared:
             response.headers.update(_HEADERS)
         return response
 
     return check
+
+
+def role_of(request: web.Request, tokens: Sequence[str]) -> int | None:
+    """Return the index of the token with which a page was opened, None for none of them."""
+    given = request.cookies.get(_cookie_name(tokens[0]), '')
+    return next((index for index, token in enumerate(tokens) if _is_valid_token(given, token)), None)
 
 
 def _cookie_name(token: str) -> str:
@@ -89,11 +96,12 @@ def _host_name(request: web.Request) -> str:
         return ''
 
 
-def _login_response(request: web.Request, token: str) -> web.HTTPException:
-    if not _is_valid_token(request.query.get('token', ''), token):
+def _login_response(request: web.Request, tokens: tuple[str, ...]) -> web.HTTPException:
+    given = request.query.get('token', '')
+    if not any(_is_valid_token(given, token) for token in tokens):
         return web.HTTPForbidden(text='give the token: open the address that the command printed')
     response = web.HTTPFound('/')
-    response.set_cookie(_cookie_name(token), token, httponly=True, samesite='Strict')
+    response.set_cookie(_cookie_name(tokens[0]), given, httponly=True, samesite='Strict')
     return response
 
 

@@ -1,0 +1,1 @@
+"""What the pages in the browser share: access control and the server's main loop."""

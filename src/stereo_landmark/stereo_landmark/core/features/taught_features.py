@@ -1,0 +1,126 @@
+"""Features of a taught pair with their points in space.
+
+They are computed from the stored pair of a place, so that a place needs no other file, and a place of any age has them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from shirube_core.geometry import SE3, gravity_aligned_camera
+from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.features.image_features import SIMILARITY_MIN, ImageFeatures, detect_features
+from stereo_landmark.core.features.patch_alignment import align_patches, smooth
+from stereo_landmark.core.stereo import (
+    MEASUREMENT_SIZE,
+    SpatialPoints,
+    StereoImages,
+    StereoPoints,
+    StereoRig,
+    add_calibration_noise,
+    triangulate,
+)
+
+DISPARITY_MIN = 1.5
+"""Features farther away are left out [px]."""
+DEPTH_MIN = 0.3
+"""Nearer features are left out [m]."""
+CORRELATION_MIN = 0.85
+"""Minimum correlation of a feature in both taught images."""
+ROW_DIFFERENCE_MAX = 1.5
+"""Maximum row difference of a feature in both taught images [px]."""
+SEARCH_ERROR_MAX = 4.0
+"""Maximum distance of the aligned patch from the pixel found by the search in the row [px]."""
+
+
+@dataclass(frozen=True, eq=False)
+class TaughtPair:
+    """A taught pair, from which features are computed when they are first needed.
+
+    Attributes:
+        images: images used for teaching.
+        rig: stereo cameras used for teaching.
+    """
+
+    images: StereoImages
+    rig: StereoRig
+
+    @cached_property
+    def features(self) -> TaughtFeatures:
+        """Features of the pair."""
+        return teach_features(self.images, self.rig)
+
+
+@dataclass(frozen=True, eq=False)
+class TaughtFeatures:
+    """Features of a taught pair.
+
+    Attributes:
+        features: features in the taught left image.
+        template: smoothed taught left image, shape (h, w).
+        points: their points in the place's frame.
+        axes: derivatives of points in the plane of the image at their depth by the pixel, shape (n, 3, 2) [m/px].
+    """
+
+    features: ImageFeatures
+    template: Floats
+    points: SpatialPoints
+    axes: Floats
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+
+def teach_features(images: StereoImages, rig: StereoRig) -> TaughtFeatures:
+    """Return the features that both images of a taught pair show."""
+    found = detect_features(images.left)
+    left, right = smooth(images.left), smooth(images.right)
+    count, offset, scale = len(found), rig.left.cx - rig.right.cx, rig.left.fx * rig.baseline
+    starts = _find_in_rows(found, detect_features(images.right), (offset, offset + scale / DEPTH_MIN))
+    aligned = align_patches(left, found.pixels, right, starts, np.tile(np.eye(2), (count, 1, 1)))
+    shifts = np.abs(aligned.pixels - starts)
+    good = (
+        (aligned.correlations >= CORRELATION_MIN)
+        & (shifts[:, 0] <= SEARCH_ERROR_MAX)
+        & (shifts[:, 1] <= ROW_DIFFERENCE_MAX)
+        & (found.pixels[:, 0] - aligned.pixels[:, 0] - offset >= DISPARITY_MIN)
+    )
+    here = found.pixels[good]
+    covariances = np.zeros((len(here), MEASUREMENT_SIZE, MEASUREMENT_SIZE))
+    covariances[:, 2:, 2:] = aligned.covariances[good]
+    names = tuple(f'feature {k}' for k in range(len(here)))
+    seen = StereoPoints(names, np.hstack([here, aligned.pixels[good]]), covariances)
+    camera = gravity_aligned_camera(rig.mount, *images.tilt)
+    optical = triangulate(add_calibration_noise(seen, PATCH_SIGMA), rig)
+    return TaughtFeatures(
+        ImageFeatures(here, found.descriptors[good]),
+        left,
+        optical.transform(camera.rotation, camera.position),
+        _image_axes(optical, camera, rig),
+    )
+
+
+PATCH_SIGMA = 0.05
+"""Position error of aligned patches besides noise, standard deviation [px]; it is scaled by the residuals of a pair."""
+
+
+def _find_in_rows(left: ImageFeatures, right: ImageFeatures, disparities: tuple[float, float]) -> Floats:
+    """Return the pixel of the most similar right feature in the row of each left one, shape (n, 2); NaN without one."""
+    shifts, rows = np.moveaxis(left.pixels[:, None] - right.pixels[None], 2, 0)
+    in_row = (np.abs(rows) <= SEARCH_ERROR_MAX) & (shifts >= disparities[0]) & (shifts <= disparities[1])
+    similarity = np.where(in_row, left.descriptors @ right.descriptors.T, 0.0)
+    if not similarity.size:
+        return np.full_like(left.pixels, np.nan)
+    best, here = similarity.argmax(axis=1), np.arange(len(left))
+    is_mutual = (similarity.argmax(axis=0)[best] == here) & (similarity[here, best] >= SIMILARITY_MIN)
+    starts = np.column_stack([right.pixels[best, 0], left.pixels[:, 1]])
+    return np.where(is_mutual[:, None], starts, np.nan)
+
+
+def _image_axes(optical: SpatialPoints, camera: SE3, rig: StereoRig) -> Floats:
+    """Return the derivatives of points by the pixel in planes parallel to the image, shape (n, 3, 2) [m/px]."""
+    focal = np.array([rig.left.fx, rig.left.fy])
+    return np.asarray(optical.positions[:, 2, None, None] * camera.rotation[:, :2] / focal)

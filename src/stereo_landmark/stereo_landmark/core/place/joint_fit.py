@@ -1,0 +1,142 @@
+"""Fits one pose to the points of shapes and features: reprojection in both images with shared systematic errors.
+
+The state is that of `reprojection.py`, followed by the systematic errors that all points of a pair share: disparity and
+row difference now, and the disparity at teaching. They have priors, so that the covariance of the pose contains them.
+Shapes and features are two groups of points. The noise of each group is estimated from its own residuals, so that each
+has the weight that it deserves in these images. A Cauchy loss bounds the influence of outliers.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from shirube_core.geometry import covariance_from_information, wrap_angle
+from stereo_landmark.core.arrays import Floats, Masks
+from stereo_landmark.core.place.reprojection import DETERMINANT_MIN, PITCH, ROLL, STATE_SIZE, reproject
+from stereo_landmark.core.settings import PlaceSettings
+from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoRig
+
+BIASES = 3
+
+ITERATIONS_MAX = 12
+STEP_TOLERANCE = 1e-5
+"""Convergence: the iteration stops when the step is smaller than this [m, rad, px]."""
+CAUCHY_THRESHOLD = 1.5
+"""Scale of the Cauchy loss [standard deviations]."""
+GATE = 8.0
+"""Points farther away have no weight [standard deviations]."""
+MEDIAN_SQUARE = 3.357
+"""Median of the chi-square distribution of four degrees of freedom."""
+GROUP_MIN = 8
+"""Minimum number of points that determine the noise of their group."""
+SCALES_MIN = 1.0, 0.2
+"""Smallest ratio of the noise of features and shapes to the stated one; errors of near features are alike."""
+FREE_TILT_SIGMA = 0.05
+"""Prior of roll and pitch with features, which determine both [rad]."""
+
+
+@dataclass(frozen=True)
+class JointPoints:
+    """Points of shapes and features.
+
+    Attributes:
+        pixels: u, v left and u, v right, shape (n, 4) [px].
+        covariances: their covariances, shape (n, 4, 4) [px²].
+        positions: taught points in the place's frame, shape (n, 3) [m].
+        position_covariances: their covariances, shape (n, 3, 3) [m²].
+        is_feature: mask of the features, shape (n,).
+    """
+
+    pixels: Floats
+    covariances: Floats
+    positions: Floats
+    position_covariances: Floats
+    is_feature: Masks
+
+
+@dataclass(frozen=True)
+class JointFit:
+    """An estimated pose.
+
+    Attributes:
+        state: x, y, z [m], yaw, roll, pitch [rad], shape (6,).
+        covariance: their covariance, shape (6, 6).
+        residuals: reprojection residuals, shape (n, 4) [px].
+        distances: Mahalanobis distances of the residuals, shape (n,).
+    """
+
+    state: Floats
+    covariance: Floats
+    residuals: Floats
+    distances: Floats
+
+
+def fit_jointly(
+    points: JointPoints, rig: StereoRig, start: Floats, tilt: tuple[float, float], settings: PlaceSettings
+) -> JointFit | None:
+    """Fit the pose; None where the points do not determine it.
+
+    Args:
+        points: points of shapes and features.
+        rig: stereo cameras.
+        start: initial state, shape (6,).
+        tilt: known roll and pitch of the base [rad].
+        settings: standard deviations of calibration, systematic errors and tilt.
+    """
+    prior_mean = np.concatenate([np.zeros(ROLL), tilt, np.zeros(BIASES)])
+    prior = np.zeros(STATE_SIZE + BIASES)
+    prior[[ROLL, PITCH]] = (
+        max(settings.tilt_sigma, FREE_TILT_SIGMA if settings.tilt_sigma > 0.0 else 1e-6) ** -2
+    )
+    prior[STATE_SIZE:] = settings.bias_sigma**-2
+    noise = points.covariances + settings.pixel_sigma**2 * np.eye(MEASUREMENT_SIZE)
+    state = np.concatenate([start, np.zeros(BIASES)])
+    for _ in range(ITERATIONS_MAX):
+        residuals, jacobian, whitened = _linearize(points, rig, state, noise)
+        scales = _noise_scales(whitened, points.is_feature)
+        distances = np.linalg.norm(whitened, axis=1) / scales
+        weights = np.where(distances < GATE, 1.0 / (1.0 + (distances / CAUCHY_THRESHOLD) ** 2), 0.0)
+        weights /= scales**2
+        information = np.einsum('n,nij,nik->jk', weights, jacobian, jacobian, optimize=True) + np.diag(prior)
+        gradient = np.einsum('n,nij,ni->j', weights, jacobian, whitened, optimize=True)
+        covariance = covariance_from_information(information, DETERMINANT_MIN)
+        if covariance is None:
+            return None
+        step = covariance @ (gradient + prior * (prior_mean - state))
+        state = state + step
+        if np.abs(step).max() < STEP_TOLERANCE:
+            break
+    state[3] = wrap_angle(float(state[3]))
+    pose = slice(0, STATE_SIZE)
+    return JointFit(state[pose], covariance[pose, pose], residuals, distances)
+
+
+def _noise_scales(whitened: Floats, is_feature: Masks) -> Floats:
+    """Return the ratio of the noise of the group of each point to the stated one, shape (n,)."""
+    squares = np.sum(whitened**2, axis=1)
+    scales = np.ones(len(squares))
+    for group, least in zip((is_feature, ~is_feature), SCALES_MIN, strict=True):
+        if group.sum() >= GROUP_MIN:
+            scales[group] = max(np.sqrt(np.median(squares[group]) / MEDIAN_SQUARE), least)
+    return scales
+
+
+def _linearize(
+    points: JointPoints, rig: StereoRig, state: Floats, noise: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return residuals (n, 4), whitened Jacobians (n, 4, 9) and whitened residuals (n, 4)."""
+    view = reproject(state[:STATE_SIZE], points.positions, rig)
+    # A disparity error at teaching moves a point along its ray, the more the farther away it is.
+    rays = points.positions - np.array(rig.mount.xyz)
+    depths = rays @ rig.mount.rotation[:, 2]
+    by_taught = -view.point_jacobian @ (rays * (depths / (rig.left.fx * rig.baseline))[:, None])[:, :, None]
+    by_now = np.zeros((len(rays), MEASUREMENT_SIZE, 2))
+    by_now[:, 2, 0], by_now[:, 3, 1] = 1.0, 1.0
+    biases = np.concatenate([by_now, by_taught], axis=2)
+    residuals = points.pixels - view.pixels - biases @ state[STATE_SIZE:]
+    spread = view.point_jacobian @ points.position_covariances @ view.point_jacobian.transpose(0, 2, 1)
+    sqrt_information = np.linalg.inv(np.linalg.cholesky(noise + spread))
+    jacobian = sqrt_information @ np.concatenate([view.state_jacobian, biases], axis=2)
+    whitened = (sqrt_information @ residuals[:, :, None])[:, :, 0]
+    jacobian[~view.in_front], whitened[~view.in_front] = 0.0, np.inf
+    return residuals, jacobian, np.where(np.isfinite(whitened), whitened, 1e6)
