@@ -39,24 +39,10 @@ def try_wheel(folder: Path) -> None:
 
     uv, python = Path(sys.prefix, 'bin', 'uv'), folder / 'new' / 'bin' / 'python'
     run(
-        uv,
-        'build',
-        '--quiet',
-        '--wheel',
-        '--no-build-isolation',
-        '--python',
-        sys.executable,
-        '--out-dir',
-        folder,
-        ROOT,
+        uv, 'build', '--quiet', '--wheel', '--no-build-isolation', '--python', sys.executable, '--out-dir', folder, ROOT
     )
     run(uv, 'venv', '--quiet', '--python', sys.executable, 'new')
-    versions = [
-        '--constraints',
-        ROOT / 'environment' / 'runtime.lock',
-        '--index-strategy',
-        'unsafe-best-match',
-    ]
+    versions = ['--constraints', ROOT / 'environment' / 'runtime.lock', '--index-strategy', 'unsafe-best-match']
     wheel = next(folder.glob('*.whl'))
     run(uv, 'pip', 'install', '--quiet', '--python', python, *versions, *source_options(settings), wheel)
     shirube = folder / 'new' / 'bin' / 'shirube'

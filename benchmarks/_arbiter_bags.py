@@ -95,9 +95,7 @@ def recorded_drives(names: Sequence[str] = ()) -> list[RecordedDrive]:
     if corridors:
         with tempfile.TemporaryDirectory() as folder:
             teach(['--batch', str(BAGS / 'corridor_teach/lesson.yaml'), '--places', folder])
-            drives += [
-                _drive(f'corridor_{k}', [_corridor(BAGS / f'corridor_{k}', Path(folder))]) for k in corridors
-            ]
+            drives += [_drive(f'corridor_{k}', [_corridor(BAGS / f'corridor_{k}', Path(folder))]) for k in corridors]
     return drives
 
 

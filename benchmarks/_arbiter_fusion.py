@@ -20,9 +20,7 @@ _LAG = 2.0  # as history_seconds of the arbiter [s]
 _MIN_SIGMA = 1e-5  # keeps the covariance of a stationary robot invertible [m, rad]
 
 
-def messages_of(
-    samples: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, SE2]]
-) -> list[Message]:
+def messages_of(samples: Sequence[Sequence[PoseSample]], odometry: Sequence[tuple[int, SE2]]) -> list[Message]:
     """Return the messages of some sources and of odometry in the order of their stamps."""
     content: list[Message] = [(o.stamp, number, o) for number, source in enumerate(samples) for o in source]
     content += [(stamp, ODOMETRY, pose) for stamp, pose in odometry]
@@ -49,9 +47,7 @@ def add_message(arbiter: Arbiter, message: Message, now: int) -> None:
         raise ValueError(f'{source} at {stamp}: {refusal.value}')
 
 
-def in_order_of_arrival(
-    messages: Sequence[Message], delay_of: Callable[[int], int]
-) -> list[tuple[int, Message]]:
+def in_order_of_arrival(messages: Sequence[Message], delay_of: Callable[[int], int]) -> list[tuple[int, Message]]:
     """Return messages with their times of arrival [ns], sorted by these; a source's poses are late, odometry is not."""
     arrivals = [(m[0] + (0 if m[1] == ODOMETRY else delay_of(m[1])), m) for m in messages]
     return sorted(arrivals, key=lambda each: each[0])

@@ -101,11 +101,7 @@ def _drive(robot: LiveRobot) -> Outcome:
         gap = scene.walker.solids_at(times[-1]).clearance(poses[-1].x, poses[-1].y, RADIUS, HEIGHT)
         if gap <= 0.0:
             # A machine that is late measures late, too.
-            view = (
-                judge_contact(scene, times, poses, speeds, 1.0 / scene.sensor.rate + late)
-                if step >= 0
-                else None
-            )
+            view = judge_contact(scene, times, poses, speeds, 1.0 / scene.sensor.rate + late) if step >= 0 else None
             return Outcome(step >= 0, speeds[-1], view)
         step += 1
     return Outcome(False)

@@ -35,9 +35,7 @@ class Base:
             self._given.pop(0)
         if self._given and self._given[0][0] <= time:
             _, forward, turn_rate = self._given[0]
-            self.forward += float(
-                np.clip(forward - self.forward, -self._deceleration * dt, self._deceleration * dt)
-            )
+            self.forward += float(np.clip(forward - self.forward, -self._deceleration * dt, self._deceleration * dt))
             self.turn_rate += float(np.clip(turn_rate - self.turn_rate, -3.0 * dt, 3.0 * dt))
         self.pose = self.pose @ SE2.exp(self.forward * dt, 0.0, self.turn_rate * dt)
 

@@ -65,9 +65,7 @@ class Sensor:
         """R_base_sensor, shape (3, 3)."""
         return matrix_from_rpy(self.mount.rpy)
 
-    def ranges(
-        self, room: BoxRoom, solids: Solids, pose: SE2, rng: np.random.Generator
-    ) -> NDArray[np.float64]:
+    def ranges(self, room: BoxRoom, solids: Solids, pose: SE2, rng: np.random.Generator) -> NDArray[np.float64]:
         """Return the ranges of the rays in their lengths, with noise, wrong single pixels, NaN where missing."""
         turn = matrix_from_rpy((0.0, 0.0, pose.yaw))
         origin = turn @ self.mount.xyz + (pose.x, pose.y, 0.0)
@@ -82,9 +80,7 @@ class Sensor:
         """Return whether the middle of a body is in the field of view and nothing hides it: geometry without noise."""
         turn = matrix_from_rpy((0.0, 0.0, pose.yaw)) @ self.rotation
         origin = matrix_from_rpy((0.0, 0.0, pose.yaw)) @ self.mount.xyz + (pose.x, pose.y, 0.0)
-        targets = [
-            (*np.mean([c[:2], c[3:5]], axis=0), z) for c in walkers.cylinders for z in _heights(c[2], c[5])
-        ]
+        targets = [(*np.mean([c[:2], c[3:5]], axis=0), z) for c in walkers.cylinders for z in _heights(c[2], c[5])]
         targets += [(b[0], b[1], z) for b in walkers.boxes for z in _heights(b[5], b[6])]
         rays = np.array(targets) - origin
         x, y, z = (rays @ turn).T
@@ -137,19 +133,13 @@ def encounter(seed: int) -> Encounter:
         case 'following':
             heading, forward, speed = rng.normal(0.0, 0.2), rng.uniform(0.5, 0.8), 0.3
         case _:
-            heading, speed, kind = (
-                rng.uniform(-3.1, 3.1),
-                0.0,
-                str(rng.choice(['lying body', 'standing body'])),
-            )
+            heading, speed, kind = (rng.uniform(-3.1, 3.1), 0.0, str(rng.choice(['lying body', 'standing body'])))
     deceleration = float(rng.choice([0.5, 1.0]))
     driven = meeting - LATENCY - 0.5 * forward / deceleration
     place = SE2.exp(forward * driven, 0.0, turn * driven)
     if situation == 'corner':
         x = place.x + 0.4
-        boxes = (
-            (x - rng.uniform(0.8, 1.5), rng.uniform(0.35, 0.6), 0.0, x - rng.uniform(0.3, 0.5), 4.0, 2.0),
-        )
+        boxes = ((x - rng.uniform(0.8, 1.5), rng.uniform(0.35, 0.6), 0.0, x - rng.uniform(0.3, 0.5), 4.0, 2.0),)
         place = SE2(x - 0.1, 0.0, 0.0)
     heading += place.yaw
     aside = rng.normal(0.0, 0.2)
@@ -186,13 +176,7 @@ class View:
     seen: bool
 
 
-def judge_contact(
-    scene: Encounter,
-    times: list[float],
-    poses: list[SE2],
-    speeds: list[float],
-    period: float,
-) -> View:
+def judge_contact(scene: Encounter, times: list[float], poses: list[SE2], speeds: list[float], period: float) -> View:
     """Return what geometry says about a contact at the last time, without any part of the monitor.
 
     Args:
@@ -205,9 +189,7 @@ def judge_contact(
     # Every 50 ms: shorter looks are less than a sensor period.
     kept = range((len(times) - 1) % 5, len(times), 5)
     times, poses, speeds = [times[k] for k in kept], [poses[k] for k in kept], [speeds[k] for k in kept]
-    in_view = [
-        scene.sensor.sees(scene.room, scene.walker.solids_at(t), p) for t, p in zip(times, poses, strict=True)
-    ]
+    in_view = [scene.sensor.sees(scene.room, scene.walker.solids_at(t), p) for t, p in zip(times, poses, strict=True)]
     if not any(in_view):
         return View(avoidable=False, first_seen=False, seen=False)
     first, step = in_view.index(True), times[1] - times[0]

@@ -163,7 +163,5 @@ def landmarks_in_view(scene: CorridorScene, T_map_base: SE2) -> int:
         points = np.array(list(landmark.points_map().values()))
         on_wall = bool(np.all(points[:, 0] > -END_WALL))
         if on_wall and not landmark.name.startswith('meter'):
-            total += all(
-                bool(seen_by_both(points, pose, BORDER).all()) for pose in (T_MAP_LESSON, T_map_base)
-            )
+            total += all(bool(seen_by_both(points, pose, BORDER).all()) for pose in (T_MAP_LESSON, T_map_base))
     return total

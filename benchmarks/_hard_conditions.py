@@ -45,9 +45,7 @@ def shadow(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
 def reflections(_pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Mirror four lamps."""
     places = rng.uniform(-0.8, 0.8, (4, 2))
-    return tuple(
-        SpecularReflection((u, v), rng.uniform(0.05, 0.12), rng.uniform(1.0, 1.5)) for u, v in places
-    )
+    return tuple(SpecularReflection((u, v), rng.uniform(0.05, 0.12), rng.uniform(1.0, 1.5)) for u, v in places)
 
 
 def cover_half(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
@@ -61,8 +59,7 @@ def wet(pose: SE2, rng: np.random.Generator) -> tuple[Disturbance, ...]:
     """Spill three puddles with bright rims into the view."""
     centres = pose.transform(rng.uniform(-0.04, 0.04, (3, 2)))
     return tuple(
-        WetSpot((x, y), rng.uniform(0.008, 0.02), 0.35, 0.9, int(rng.integers(1000)), rim_shine=0.9)
-        for x, y in centres
+        WetSpot((x, y), rng.uniform(0.008, 0.02), 0.35, 0.9, int(rng.integers(1000)), rim_shine=0.9) for x, y in centres
     )
 
 

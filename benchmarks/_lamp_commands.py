@@ -121,9 +121,7 @@ def drive(channel: Channel, speed: float, seconds: float, seed: int = 0) -> Iter
             robot.velocity.forward * (stamp - last), 0.0, robot.velocity.turn_rate * (stamp - last)
         )
         last = stamp
-        image = eye.photograph(
-            room, lambda time: camera_pose(robot.pose_at(time), UPWARD_MOUNT), stamp, rng
-        ).image
+        image = eye.photograph(room, lambda time: camera_pose(robot.pose_at(time), UPWARD_MOUNT), stamp, rng).image
         receiver.add_odometry(stamp, odometry)
         output, pose = receiver.receive(stamp, image, PAPER_OPTICS), robot.pose_at(stamp)
         heard |= {(lamp.beacon, each.command.operation) for lamp in output.lamps for each in lamp.commands}
@@ -151,8 +149,7 @@ def lamps_that_say(
 ) -> CeilingRoom:
     """Return the paper's dark room; lamps without messages send their IDs."""
     waveforms = [
-        channel.encode(encode_messages(messages.get(b.id, ['id']), EncoderContext(b.id, KEY, 1)))
-        for b in BEACONS
+        channel.encode(encode_messages(messages.get(b.id, ['id']), EncoderContext(b.id, KEY, 1))) for b in BEACONS
     ]
     room = paper_room(waveforms, channel.shape, eye.brightness_for(0.9))
     lamps = zip(room.lamps, phases, strict=True)

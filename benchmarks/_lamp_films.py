@@ -114,12 +114,8 @@ def simulate_drive(film: Film) -> LampDrive:
     waveforms = [ufsook_waveform(each) if is_global else rs_fsk_waveform(each, film.rate) for each in packets]
     room = paper_room(waveforms, film.shape, brightness).with_ambient_light(film.ambient * brightness)
     # Lamps are switched on one by one and their clocks are not those of the camera.
-    lamps = tuple(
-        replace(lamp, phase=0.1234 * k, clock_offset=20.0 * k - 30.0) for k, lamp in enumerate(room.lamps)
-    )
-    room = replace(room, lamps=lamps, people=random_people(film.people, 1)).with_lights(
-        distractors(brightness)
-    )
+    lamps = tuple(replace(lamp, phase=0.1234 * k, clock_offset=20.0 * k - 30.0) for k, lamp in enumerate(room.lamps))
+    room = replace(room, lamps=lamps, people=random_people(film.people, 1)).with_lights(distractors(brightness))
     route = LegDrive([(0.7, 0.9), (1.1, 0.9)], [0.04], 0.1)
     return LampDrive(room, route, eye, UPWARD_MOUNT, clock=CameraClock(film.rate), seed=1)
 

@@ -72,9 +72,7 @@ class Markers:
         known = np.isin(found, IDS)
         return FoundMarkers(found[known], centres[known], int((~known).sum()))
 
-    def _add_plate(
-        self, plates: NDArray[np.float64], id_: int, place: NDArray[np.float64], yaw: float
-    ) -> None:
+    def _add_plate(self, plates: NDArray[np.float64], id_: int, place: NDArray[np.float64], yaw: float) -> None:
         pattern = cv2.aruco.generateImageMarker(self._dictionary, id_, 6 * CELL_PIXELS)
         margin = round(0.5 * (PLATE - 1.0) * len(pattern))
         plate = np.pad(pattern.astype(np.float64) / 255.0, margin, constant_values=1.0)
@@ -97,6 +95,4 @@ class Markers:
         patch = fine.reshape(size, FINE, size, FINE).mean(axis=(1, 3))
         rows = slice(max(top, 0), min(top + size, CAMERA.height))
         columns = slice(max(left, 0), min(left + size, CAMERA.width))
-        plates[rows, columns] += patch[
-            rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
-        ]
+        plates[rows, columns] += patch[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]

@@ -83,12 +83,7 @@ METHODS: tuple[tuple[str, int, Locate, bool | None], ...] = (
     ('the same, yaw off by 5°', ALL, partial(locate_by_radius, yaw_error=math.radians(5.0)), None),
     ('SQPNP, six degrees of freedom', ALL, locate_by_sqpnp, None),
     ('`centroid`', TWO, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),
-    (
-        '`centroid`, height known',
-        TWO,
-        least_squares(BeaconLocator(BEACONS, MOUNT, 0.0, EXACT)),
-        True,
-    ),
+    ('`centroid`, height known', TWO, least_squares(BeaconLocator(BEACONS, MOUNT, 0.0, EXACT)), True),
     ('`centroid`, four lamps', ALL, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),
 )
 """Name, least number of lamps, method, and whether the height is known, None where no bound is compared."""

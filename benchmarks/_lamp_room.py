@@ -19,9 +19,7 @@ WIDE = PinholeCamera(
 MOUNT = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, -math.pi / 2.0))
 LEVEL = gravity_aligned_camera(MOUNT)
 RADIUS = 0.0325
-BEACONS = tuple(
-    Beacon(k + 1, (x, y, 2.5), RADIUS) for k, (x, y) in enumerate(((0, 0), (0, 1.8), (1.8, 0), (1.8, 1.8)))
-)
+BEACONS = tuple(Beacon(k + 1, (x, y, 2.5), RADIUS) for k, (x, y) in enumerate(((0, 0), (0, 1.8), (1.8, 0), (1.8, 1.8))))
 PLACES = np.array([beacon.xyz for beacon in BEACONS])
 IDS = np.array([beacon.id for beacon in BEACONS])
 ROOM = (7.0, 6.0)

@@ -10,12 +10,7 @@ from scene_simulator.corridor.scene import CorridorScene
 from scene_simulator.corridor.shapes import Landmark, RoundLandmark
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.primitives.primitive import (
-    ImageProcessing,
-    Primitive,
-    PrimitiveKind,
-    invariant_points,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind, invariant_points
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError

@@ -90,9 +90,7 @@ class LidarSlam:
         return self._pose
 
     def _is_far(self, keyframe: SE2) -> bool:
-        return (
-            keyframe.distance_to(self._pose) > KEYFRAME[0] or abs(keyframe.yaw_to(self._pose)) > KEYFRAME[1]
-        )
+        return keyframe.distance_to(self._pose) > KEYFRAME[0] or abs(keyframe.yaw_to(self._pose)) > KEYFRAME[1]
 
 
 def _means_of_cells(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -83,9 +83,7 @@ class FurnishedRoom:
         across = directions[:, None, 0] * along[None, :, 1] - directions[:, None, 1] * along[None, :, 0]
         with np.errstate(divide='ignore', invalid='ignore'):
             ranges = (starts[:, 0] * along[:, 1] - starts[:, 1] * along[:, 0]) / across
-            share = (
-                starts[None, :, 0] * directions[:, None, 1] - starts[None, :, 1] * directions[:, None, 0]
-            ) / across
+            share = (starts[None, :, 0] * directions[:, None, 1] - starts[None, :, 1] * directions[:, None, 0]) / across
         hit = (ranges > 0.0) & (share >= 0.0) & (share <= 1.0)
         nearest = np.where(hit, ranges, np.inf).min(axis=1)
         return (nearest + RANGE_NOISE * rng.standard_normal(BEAMS))[:, None] * directions
@@ -137,9 +135,7 @@ def _random_furniture(size: tuple[float, float], rng: np.random.Generator, *, at
 
 def _is_placeable(item: Furniture, others: Sequence[Furniture]) -> bool:
     """Return whether pieces leave room for the robot between them, or touch with no gap to speak of."""
-    return not any(
-        other.contains(_grid(item), 0.1).any() or item.contains(_grid(other), 0.1).any() for other in others
-    )
+    return not any(other.contains(_grid(item), 0.1).any() or item.contains(_grid(other), 0.1).any() for other in others)
 
 
 def _grid(item: Furniture) -> NDArray[np.float64]:

@@ -14,9 +14,7 @@ _START_SECONDS = 180.0
 
 
 @contextmanager
-def running_node(
-    module: str, parameters: Mapping[str, object]
-) -> Iterator[Callable[[Node, Callable[[], bool]], None]]:
+def running_node(module: str, parameters: Mapping[str, object]) -> Iterator[Callable[[Node, Callable[[], bool]], None]]:
     """Start a node with parameters, and rclpy here; yield a function that spins a node until a condition is true."""
     arguments = [part for name, value in parameters.items() for part in ('-p', f'{name}:={value}')]
     command = [sys.executable, '-m', module, '--ros-args', *arguments]

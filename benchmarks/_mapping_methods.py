@@ -5,13 +5,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.voxels.rolling_voxel_grid import (
-    NO_TILE,
-    TILE_SIZE,
-    FrameWindow,
-    SensorView,
-    window_shape,
-)
+from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, FrameWindow, SensorView, window_shape
 from reward_planner.core.voxels.voxel_map import VoxelMap
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
@@ -91,9 +85,7 @@ class OctoMap:
         self._settings = settings
         self._tree = pyoctomap.OcTree(settings.resolution)
 
-    def insert(
-        self, points_map: NDArray[np.float32], origin: NDArray[np.float64], *, discretize: bool
-    ) -> None:
+    def insert(self, points_map: NDArray[np.float32], origin: NDArray[np.float64], *, discretize: bool) -> None:
         """Take the points of a frame, shape (n, 3), and where the sensor was, shape (3,), in the map frame [m]."""
         reach = self._settings.range_max
         points = points_map.astype(np.float64)

@@ -57,9 +57,7 @@ REPLY_FAULTS: dict[str, Callable[[Random, bytes, int], bytes]] = {
     'cut': lambda _, reply, k: reply[:k] + reply[-2:],
     'no end': lambda _, reply, __: reply[:-2],
     'twice': lambda _, reply, __: reply + reply,
-    'flipped bit': lambda rng, reply, k: (
-        reply[:k] + bytes([reply[k] ^ (1 << rng.integers(8))]) + reply[k + 1 :]
-    ),
+    'flipped bit': lambda rng, reply, k: reply[:k] + bytes([reply[k] ^ (1 << rng.integers(8))]) + reply[k + 1 :],
     'wrong digit': _with_digit,
     'wrong number': _with_number,
     'noise': lambda rng, reply, _: rng.bytes(4) + reply,
@@ -82,9 +80,7 @@ class CorruptedLine:
         wrong_sent: number of all of them.
     """
 
-    def __init__(
-        self, controller: EmulatedController, rng: Random, fraction: float, request_fraction: float
-    ) -> None:
+    def __init__(self, controller: EmulatedController, rng: Random, fraction: float, request_fraction: float) -> None:
         self._controller, self._rng = controller, rng
         self._share, self._request_share = fraction, request_fraction
         self._received = b''
@@ -151,11 +147,7 @@ class FuzzedDrive:
     """
 
     def __init__(
-        self,
-        seed: int,
-        fraction: float = 0.05,
-        request_fraction: float = 0.003,
-        firmware: str = ROBOT.firmware,
+        self, seed: int, fraction: float = 0.05, request_fraction: float = 0.003, firmware: str = ROBOT.firmware
     ) -> None:
         self._rng, settings = np.random.default_rng(seed), DriveSettings()
         self._base = DiffDriveKinematics(settings)

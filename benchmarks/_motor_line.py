@@ -29,10 +29,7 @@ from motor_bridge.node import MotorBridgeNode
 from motor_bridge.node_settings import NodeSettings
 from shirube_cli.child_process import child_process
 
-AUTO_STOPS = {
-    'ros_arduino_bridge': EmulatorSettings().auto_stop,
-    'motor_controller': NodeSettings().short_auto_stop,
-}
+AUTO_STOPS = {'ros_arduino_bridge': EmulatorSettings().auto_stop, 'motor_controller': NodeSettings().short_auto_stop}
 LATENCIES = (0.0, 0.0), (0.05, 0.05), (0.1, 0.1), (0.25, 0.0)
 """Latency and jitter of the line [s]."""
 Rows = list[tuple[str, Figure]]
@@ -47,9 +44,7 @@ class LoggedController(EmulatedController):
 
     def receive(self, data: bytes) -> bytes:
         """Log what is received."""
-        self.events += [
-            (time.monotonic(), word) for word in data.decode('ascii', 'replace').split('\r') if word
-        ]
+        self.events += [(time.monotonic(), word) for word in data.decode('ascii', 'replace').split('\r') if word]
         return super().receive(data)
 
     def advance(self, until: float) -> None:
@@ -221,7 +216,4 @@ def suspend_controller(times: int) -> Rows:
             executed.append(before)
             only_stops += 'm 0 0' in motions and set(motions[before:]) == {'m 0 0'}
     name = 'controller held for 1.5 s: motion commands before the stop, at most'
-    return [
-        (name, count(max(executed), better='lower')),
-        ('times nothing but stops followed', rate(only_stops, times)),
-    ]
+    return [(name, count(max(executed), better='lower')), ('times nothing but stops followed', rate(only_stops, times))]

@@ -61,9 +61,7 @@ def pole_star_candidates(floor: NDArray[np.float64]) -> Candidates:
     return find
 
 
-def view_dots(
-    pixels: NDArray[np.float64], density: float, noise: float, settings: LocalizerSettings
-) -> ViewDots:
+def view_dots(pixels: NDArray[np.float64], density: float, noise: float, settings: LocalizerSettings) -> ViewDots:
     """Return pixels, shape (n, 2), of this noise [px] as the searches take them."""
     return make_view(
         MOUNT.floor_points_from_rays(CAMERA.rays_from_pixels(pixels)),

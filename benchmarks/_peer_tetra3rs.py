@@ -42,9 +42,7 @@ SOLVER = {
     'image_width': CAMERA.width,
     'image_height': CAMERA.height,
 }
-_STAR = np.dtype(
-    [('id', '<i8'), ('ra', '<f8'), ('dec', '<f8'), ('mag', '<f4'), ('pm_ra', '<f4'), ('pm_dec', '<f4')]
-)
+_STAR = np.dtype([('id', '<i8'), ('ra', '<f8'), ('dec', '<f8'), ('mag', '<f4'), ('pm_ra', '<f4'), ('pm_dec', '<f4')])
 
 
 class StarSolver:

@@ -93,7 +93,6 @@ def _calibrations(truth: dict[str, Any]) -> tuple[CameraCalibration, CameraCalib
     )
     rectified = (left, R_left, P_left), (right, R_right, P_right)
     first, second = (
-        CameraCalibration(camera, tuple(R.ravel().tolist()), tuple(P.ravel().tolist()))
-        for camera, R, P in rectified
+        CameraCalibration(camera, tuple(R.ravel().tolist()), tuple(P.ravel().tolist())) for camera, R, P in rectified
     )
     return first, second

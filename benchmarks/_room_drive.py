@@ -164,9 +164,7 @@ class Score:
     unseen_overlap: float
 
 
-def score(
-    occupancy: NDArray[np.int8], truth: OccupancyMap, seen: NDArray[np.bool_], scene: RoomDrive
-) -> Score:
+def score(occupancy: NDArray[np.int8], truth: OccupancyMap, seen: NDArray[np.bool_], scene: RoomDrive) -> Score:
     """Compare the occupancy on the cells of the true map with it."""
     known, occupied_cells = OccupancyMap(truth.frame, occupancy).occupied(), truth.occupied()
     free = occupancy == FREE

@@ -42,9 +42,7 @@ def run_all(flags: list[str]) -> int:
     for program in sorted(FOLDER.glob('[!_]*.py')):
         start, before = time.perf_counter(), children_cpu_seconds()
         command = [sys.executable, str(program), *flags]
-        done = subprocess.run(
-            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
-        )
+        done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
         (OUT / f'{program.stem}.log').write_text(done.stdout)
         failed += done.returncode != 0
         seconds, used = time.perf_counter() - start, children_cpu_seconds() - before

@@ -85,9 +85,7 @@ class FeaturePipeline:
         motion = self.motion(taught, now)
         return None if motion is None else planar_displacement(*motion, self.rig)
 
-    def motion(
-        self, taught: TaughtFeatures, now: Features
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    def motion(self, taught: TaughtFeatures, now: Features) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return rotation (3, 3) and shift (3,) [m] of points from the left optical frame then to the one of now."""
         matches = self._matches(taught.descriptors, now.descriptors)
         if len(matches) < INLIERS_MIN:
@@ -110,19 +108,14 @@ class FeaturePipeline:
         return np.array(good, dtype=np.int64).reshape(-1, 2)
 
 
-def planar_displacement(
-    R_now_then: NDArray[np.float64], shift_now: NDArray[np.float64], rig: StereoRig
-) -> SE2:
+def planar_displacement(R_now_then: NDArray[np.float64], shift_now: NDArray[np.float64], rig: StereoRig) -> SE2:
     """Return the robot's pose in the taught frame of a level robot; arguments as of `level_displacement`."""
     x, y, _, yaw = level_displacement(R_now_then, shift_now, (0.0, 0.0), rig).tolist()
     return SE2(x, y, yaw)
 
 
 def level_displacement(
-    R_now_then: NDArray[np.float64],
-    shift_now: NDArray[np.float64],
-    tilt_then: tuple[float, float],
-    rig: StereoRig,
+    R_now_then: NDArray[np.float64], shift_now: NDArray[np.float64], tilt_then: tuple[float, float], rig: StereoRig
 ) -> NDArray[np.float64]:
     """Return x, y, z [m] and yaw [rad] of the base in the taught level frame, shape (4,), from the camera's motion.
 

@@ -6,12 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.voxels.rolling_voxel_grid import SensorView
-from scene_simulator.room.box_room import (
-    BoxRoom,
-    add_disparity_noise,
-    forward_camera,
-    points_from_depth,
-)
+from scene_simulator.room.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, PinholeCamera
 
 CAMERA = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
@@ -39,11 +34,7 @@ NEAR_WALL = BoxRoom((-4.0, -3.5, 0.0, -0.46, 3.5, 2.6))
 
 
 def add_spurious_depths(
-    depth: NDArray[np.float32],
-    fraction: float,
-    patch: int,
-    depths: tuple[float, float],
-    rng: np.random.Generator,
+    depth: NDArray[np.float32], fraction: float, patch: int, depths: tuple[float, float], rng: np.random.Generator
 ) -> NDArray[np.float32]:
     """Return the image with square patches of spurious depth at uniformly random positions and depths.
 

@@ -70,9 +70,7 @@ def outage_errors(drive: RecordedDrive) -> tuple[NDArray[np.float64], NDArray[np
         add_message(arbiter, message, message[0])
     stamps = np.array([stamp for stamp, _ in drive.odometry])
     wanted = [first, *(stamp for stamp, _ in poses)]
-    start, *nearest = (
-        drive.odometry[int(np.searchsorted(stamps, s).clip(0, len(stamps) - 1))][1] for s in wanted
-    )
+    start, *nearest = (drive.odometry[int(np.searchsorted(stamps, s).clip(0, len(stamps) - 1))][1] for s in wanted)
     origin = samples[0].pose @ start.inverse()
     alone = [(stamp, origin @ pose) for (stamp, _), pose in zip(poses, nearest, strict=True)]
     return drive.errors_at(poses), drive.errors_at(alone)

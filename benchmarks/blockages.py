@@ -72,9 +72,7 @@ def blockage(seed: int) -> Blockage:
     focal_length = 0.5 * rows / math.tan(math.radians(0.5 * view))
     camera = PinholeCamera(columns, rows, focal_length, focal_length, 0.5 * (columns - 1), 0.5 * (rows - 1))
     down = float(rng.uniform(0.0, 0.2))
-    mount = CameraMount(
-        (0.1, 0.0, float(rng.uniform(0.25, 0.6))), (-0.5 * math.pi - down, 0.0, -0.5 * math.pi)
-    )
+    mount = CameraMount((0.1, 0.0, float(rng.uniform(0.25, 0.6))), (-0.5 * math.pi - down, 0.0, -0.5 * math.pi))
     width = float(rng.choice(WIDTHS))
     place = SE2(float(rng.uniform(3.0, 5.0)), float(rng.uniform(-0.1, 0.1)), math.pi)
     kind, stop = str(rng.choice(KINDS)), place.x - 0.45 - float(rng.uniform(0.2, 1.0))

@@ -100,7 +100,5 @@ def main(run: Run, cells: int, seconds: float) -> None:
 
 if __name__ == '__main__':
     run_benchmark(
-        main,
-        cells=Option(2000, 400, 'of a side of the map'),
-        seconds=Option(20.0, 6.0, 'of driving after the goal'),
+        main, cells=Option(2000, 400, 'of a side of the map'), seconds=Option(20.0, 6.0, 'of driving after the goal')
     )

@@ -19,12 +19,7 @@ from scene_simulator.room.solids import Solids
 
 SLOWEST = 0.005
 """A robot that is slower stands [m/s]."""
-REASONS = (
-    'none',
-    'never in view',
-    'in view for less than a period and a stop',
-    'walked into the standing robot',
-)
+REASONS = ('none', 'never in view', 'in view for less than a period and a stop', 'walked into the standing robot')
 LOOKAHEAD, SPEED = 0.4, 0.5
 
 
@@ -44,15 +39,11 @@ def reason_of(outcome: Outcome) -> str:
 
 def add_encounters(run: Run, name: str, seeds: list[int], found: list[Outcome]) -> None:
     """Add the table of contacts by situation."""
-    heads = (
-        'situation | encounters | avoidable contacts | moving contacts though in view | fastest of these m/s'
-    )
+    heads = 'situation | encounters | avoidable contacts | moving contacts though in view | fastest of these m/s'
     table = run.table(name, heads, *REASONS[1:])
     for situation in (*SITUATIONS, 'all'):
         rows = [
-            (s, o)
-            for s, o in zip(seeds, found, strict=True)
-            if situation in (SITUATIONS[s % len(SITUATIONS)], 'all')
+            (s, o) for s, o in zip(seeds, found, strict=True) if situation in (SITUATIONS[s % len(SITUATIONS)], 'all')
         ]
         views = [(s, o) for s, o in rows if o.contact and o.view is not None]
         avoidable = [s for s, o in views if o.view is not None and o.view.avoidable]
@@ -78,9 +69,7 @@ def room_stops(seed: int) -> tuple[int, float, float]:
         now, time = 100.0 + STEP * step, STEP * step
         if time >= next_frame:
             next_frame += 1.0 / sensor.rate
-            monitor.add_frame(
-                'sensor', now, now, frame_of(sensor, sensor.ranges(room, Solids(), base.pose, rng))
-            )
+            monitor.add_frame('sensor', now, now, frame_of(sensor, sensor.ranges(room, Solids(), base.pose, rng)))
         if step % 5 == 0:
             near += int(np.hypot(*(points[near : near + 20] - (base.pose.x, base.pose.y)).T).argmin())
             ahead = points[near:][np.hypot(*(points[near:] - (base.pose.x, base.pose.y)).T) > LOOKAHEAD][:1]

@@ -31,12 +31,7 @@ from numpy.typing import NDArray
 from scene_simulator.corridor.instruments import Meter
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
-from stereo_landmark.core.primitives.primitive import (
-    ImageProcessing,
-    Primitive,
-    PrimitiveKind,
-    primitive_size,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind, primitive_size
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import PAPER, LandmarkSettings
@@ -59,11 +54,7 @@ KINDS = {
     'lined': (PrimitiveKind.ELLIPSE, PrimitiveKind.PARALLEL_LINES),
 }
 """Primitives that are taught of a meter, the surest first, by its case: the paper's figure 4 and section 5."""
-SIZES = {
-    PrimitiveKind.ELLIPSE: 1.0,
-    PrimitiveKind.QUADRILATERAL: math.sqrt(2.0),
-    PrimitiveKind.PARALLEL_LINES: 0.5,
-}
+SIZES = {PrimitiveKind.ELLIPSE: 1.0, PrimitiveKind.QUADRILATERAL: math.sqrt(2.0), PrimitiveKind.PARALLEL_LINES: 0.5}
 """Sizes of these primitives, see `primitive_size`, in radii."""
 SIZE_TOLERANCE = 0.25
 """Largest relative difference from that size."""

@@ -101,9 +101,7 @@ CONDITIONS = (
 )
 
 
-def repeat(
-    taught: TaughtCorridor, seed: int, condition: Condition, rng: np.random.Generator
-) -> tuple[Pair, SE2]:
+def repeat(taught: TaughtCorridor, seed: int, condition: Condition, rng: np.random.Generator) -> tuple[Pair, SE2]:
     """Return a pair of images under a condition, and the true displacement."""
     scene = corridor(CorridorDesign(seed=seed, needles=1 + int(rng.integers(1000))))
     scene = condition.scene(scene, taught, rng)

@@ -17,9 +17,7 @@ from _lamp_room import View, random_views
 def main(run: Run, images: int) -> None:
     """Find lamps and markers in images of the same views."""
     use_one_core()
-    views = [v for v in random_views(30 * images, np.random.default_rng(run.seed)) if v.visible.sum() >= 2][
-        :images
-    ]
+    views = [v for v in random_views(30 * images, np.random.default_rng(run.seed)) if v.visible.sum() >= 2][:images]
     heads = 'found', 'false', 'centre px: rms', 'poses', 'cm: median / 95 % / max'
     table = run.table('Lamps and markers', 'light', 'what', *heads)
     for light in progress(LIGHTS):
@@ -32,11 +30,7 @@ def main(run: Run, images: int) -> None:
             table.add(
                 *(light.name, name, rate(len(offsets), shown)),
                 rate(sum(found.false for _, found in seen), shown, 'lower'),
-                *(
-                    rms(offsets),
-                    rate(int(np.isfinite(errors).sum()), len(views)),
-                    error(errors, '.3f', 100.0),
-                ),
+                *(rms(offsets), rate(int(np.isfinite(errors).sum()), len(views)), error(errors, '.3f', 100.0)),
             )
 
 

@@ -134,17 +134,9 @@ def film_over(picture: NDArray[np.uint8], channel: Channel, seconds: float) -> t
 def add_people(run: Run, pictures: int, seconds: float) -> None:
     """Add false detections in pictures without lamps, and names where rendered lamps shine over them."""
     folders = [run.data() / name for name in ('people_rooms', 'stereo_euroc', 'stereo_machine_hall')]
-    paths = [
-        path for folder in folders for path in sorted(folder.rglob('*')) if path.suffix in ('.jpg', '.png')
-    ]
+    paths = [path for folder in folders for path in sorted(folder.rglob('*')) if path.suffix in ('.jpg', '.png')]
     chosen = [paths[i] for i in np.linspace(0, len(paths) - 1, min(pictures, len(paths))).astype(int)]
-    heads = (
-        'pictures',
-        'blobs a picture: median / 95 % / max',
-        'rendered lamps named',
-        'displaced',
-        'wrong IDs',
-    )
+    heads = ('pictures', 'blobs a picture: median / 95 % / max', 'rendered lamps named', 'displaced', 'wrong IDs')
     table = run.table('People and rooms', 'camera', *heads)
     for channel in (UFSOOK, RS_FSK_30):
         rows = band_rows(channel.settings, ()) if channel.settings.is_rolling else 0.0
@@ -202,7 +194,5 @@ def main(run: Run, pictures: int, seconds: float) -> None:
 
 if __name__ == '__main__':
     run_benchmark(
-        main,
-        pictures=Option(12, 2, 'without lamps, at most'),
-        seconds=Option(4.0, 3.0, 'of lamps rendered over each'),
+        main, pictures=Option(12, 2, 'without lamps, at most'), seconds=Option(4.0, 3.0, 'of lamps rendered over each')
     )

@@ -54,21 +54,13 @@ def add_accuracy(run: Run, places: int) -> None:
 
 def add_drives(run: Run, drives: int) -> None:
     """Add errors along drives of 30 s, 0.2 px of noise, odometry off by 2 % and 0.2 degrees a metre."""
-    heads = (
-        'lamps after the first second',
-        'images with a pose',
-        'cm: median / 95 % / max',
-        'error / sigma: rms',
-    )
+    heads = ('lamps after the first second', 'images with a pose', 'cm: median / 95 % / max', 'error / sigma: rms')
     table = run.table('One lamp and odometry', *heads)
     for rule, name in RULES.items():
-        found = np.array(
-            [row for seed in progress(range(drives), name) for row in errors_of_drive(rule, 0.2, seed)]
-        )
+        found = np.array([row for seed in progress(range(drives), name) for row in errors_of_drive(rule, 0.2, seed)])
         posed = np.isfinite(found[:, 0])
         table.add(
-            *(name, rate(int(posed.sum()), len(posed)), error(found[:, 0], '.2f', 100.0)),
-            rms(found[:, 1], '.2f'),
+            *(name, rate(int(posed.sum()), len(posed)), error(found[:, 0], '.2f', 100.0)), rms(found[:, 1], '.2f')
         )
 
 

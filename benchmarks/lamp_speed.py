@@ -67,10 +67,7 @@ def run_film(film: Film, seconds: float, markers: Markers | None) -> FilmRun:
         )
         if film.people:
             seen = [image[round(true[b.id][1]), round(true[b.id][0])] for b in BEACONS if b.id in true]
-            found.shown, found.hidden = (
-                found.shown + len(seen),
-                found.hidden + int(np.sum(np.array(seen) < DARK)),
-            )
+            found.shown, found.hidden = (found.shown + len(seen), found.hidden + int(np.sum(np.array(seen) < DARK)))
         found.named = max(found.named, sum(lamp.beacon is not None for lamp in output.lamps))
         found.commands += sum(isinstance(decision.outcome, Accepted) for decision in output.decisions)
         if isinstance(output.result, BeaconFix):
@@ -81,13 +78,7 @@ def run_film(film: Film, seconds: float, markers: Markers | None) -> FilmRun:
 def main(run: Run, seconds: float, films: int) -> None:
     """Show the films to the receiver."""
     use_one_core()
-    heads = (
-        'receiver ms: median / 95 %',
-        'images a second',
-        'detector alone ms',
-        'ArUco ms',
-        'receiver over ArUco',
-    )
+    heads = ('receiver ms: median / 95 %', 'images a second', 'detector alone ms', 'ArUco ms', 'receiver over ArUco')
     table = run.table('Speed', 'film', *heads, 'ArUco on markers ms')
     results_heads = 'lamps named | commands | behind people | wrong IDs | poses | cm: median / 95 % / max'
     results = run.table('Results', f'film | {results_heads}')

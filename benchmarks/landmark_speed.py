@@ -103,7 +103,5 @@ def main(run: Run, repeats: int, tiles: tuple[float, ...]) -> None:
 
 if __name__ == '__main__':
     run_benchmark(
-        main,
-        repeats=Option(30, 4, 'runs of each scene'),
-        tiles=Option(TILES, (0.0,), 'of the corridors [m]'),
+        main, repeats=Option(30, 4, 'runs of each scene'), tiles=Option(TILES, (0.0,), 'of the corridors [m]')
     )

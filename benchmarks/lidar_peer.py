@@ -117,7 +117,5 @@ def main(run: Run, rooms: int, seconds: float) -> None:
 
 if __name__ == '__main__':
     run_benchmark(
-        main,
-        rooms=Option(5, 1, 'furnished rooms, four drives in each'),
-        seconds=Option(30.0, 5.0, 'of each drive'),
+        main, rooms=Option(5, 1, 'furnished rooms, four drives in each'), seconds=Option(30.0, 5.0, 'of each drive')
     )

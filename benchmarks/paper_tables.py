@@ -41,10 +41,7 @@ class Cell(NamedTuple):
 # Right / wrong / none in percent.
 PAPER = {
     '2': ('100 / 0 / 0', '100 / 0 / 0', '100 / 0 / 0', '99.59 / 0.33 / 0.08', '99.26 / 0.66 / 0.08'),
-    '3': (
-        *('100 / 0 / 0', '99.92 / 0 / 0.08', '99.59 / 0.17 / 0.29'),
-        *('99.5 / 0.08 / 0.41', '95.95 / 0.91 / 3.14'),
-    ),
+    '3': (*('100 / 0 / 0', '99.92 / 0 / 0.08', '99.59 / 0.17 / 0.29'), *('99.5 / 0.08 / 0.41', '95.95 / 0.91 / 3.14')),
     '4': (
         *('99.57 / 0.08 / 0.33', '98.76 / 0.50 / 0.74', '97.35 / 1.41 / 1.24'),
         *('95.54 (sums up with 94.54) / 3.39 / 2.07', '89.66 / 7.44 / 2.90'),
@@ -106,9 +103,7 @@ def score(task: Task) -> PoseScore:
     """Score one view with this process's matcher."""
     locate = _matcher(task.matcher, task.seed)
     answer, milliseconds = cpu_time(locate, task.view.pixels, task.noise)
-    return score_found(
-        answer.T_map_view, task.view.T_map_view, reason=answer.reason, milliseconds=milliseconds
-    )
+    return score_found(answer.T_map_view, task.view.T_map_view, reason=answer.reason, milliseconds=milliseconds)
 
 
 @cache

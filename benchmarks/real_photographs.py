@@ -121,9 +121,7 @@ def _map_points(pixels: NDArray[np.float64], picture: NDArray[np.uint8]) -> NDAr
     return np.column_stack([pixels[:, 0] + 0.5, picture.shape[0] - 0.5 - pixels[:, 1]]) * SCALE
 
 
-def terrazzo_trials(
-    picture: NDArray[np.uint8], detector: DotDetector, views: int, seed: int
-) -> Iterator[Trial]:
+def terrazzo_trials(picture: NDArray[np.uint8], detector: DotDetector, views: int, seed: int) -> Iterator[Trial]:
     """Yield random views of the terrazzo, located."""
     localizer = FloorLocalizer(index_map(terrazzo_map(picture, detector)), VIEW_MOUNT, None, detector)
     generator = np.random.default_rng(seed)

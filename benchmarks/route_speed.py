@@ -76,10 +76,7 @@ def check_lengths(one: float, other: float) -> None:
 def compare(blocked: NDArray[np.bool_], count: int, peer: Callable[..., Any]) -> NDArray[np.float64]:
     """Return the times of ours and of the peer's plans, shape (count, 2) [ms]."""
     octets = np.ascontiguousarray(blocked).view(np.uint8)
-    methods = (
-        lambda ends: route_of(shortest_route(blocked, *ends)).length,
-        lambda ends: peer(octets, *ends)[1],
-    )
+    methods = (lambda ends: route_of(shortest_route(blocked, *ends)).length, lambda ends: peer(octets, *ends)[1])
     times = []
     for number, pair in enumerate(pairs_of(blocked, count)):
         answers = {k: cpu_time(methods[k], pair) for k in ((0, 1) if number % 2 else (1, 0))}
@@ -155,9 +152,7 @@ def main(run: Run, side: int, pairs: int, drives: int) -> None:
         for name, times in compared.items():
             table.add(name, *(time(column) for column in times.T), ratio(times[:, 0], times[:, 1], '.2f'))
     heads = 'map | shortest ms: median / 95 % | least cost | least cost over shortest'
-    table = run.table(
-        'Costs', heads, 'length: median / 95 % / max | gap mm: shortest, median | least cost, median'
-    )
+    table = run.table('Costs', heads, 'length: median / 95 % / max | gap mm: shortest, median | least cost, median')
     for kind in progress(GRID_MAPS):
         results = compare_costs(kind, side, pairs)
         lengths = error(results['length'][:, 1] / results['length'][:, 0], '.3f')

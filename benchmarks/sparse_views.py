@@ -39,9 +39,7 @@ def main(run: Run, places: int) -> None:
             pose, row = view.T_map_view, []
             for settings, candidates in conditions:
                 seen = view_dots(view.pixels, floor.density, cell.noise, settings)
-                search = new_search(
-                    len(seen.z), candidates, SETTINGS.chance_alignments_max, SETTINGS.match_rate_min
-                )
+                search = new_search(len(seen.z), candidates, SETTINGS.chance_alignments_max, SETTINGS.match_rate_min)
                 score_hypothesis(floor.grid, seen, search, cmath.exp(1j * pose.yaw), complex(pose.x, pose.y))
                 row.append(search.best.log_chance)
             logs.append(row)

@@ -12,17 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from _figures import count, rate
 from _harness import Option, Run, progress, run_benchmark
-from _mapping_methods import (
-    FIRST_TILE,
-    PYOCTOMAP,
-    TILES,
-    Dense,
-    FrameUnion,
-    Method,
-    OctoMap,
-    Voxels,
-    dense_shape,
-)
+from _mapping_methods import FIRST_TILE, PYOCTOMAP, TILES, Dense, FrameUnion, Method, OctoMap, Voxels, dense_shape
 from _voxel_scenes import ROOM, moving_poses, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
 

@@ -47,16 +47,12 @@ def methods(run: Run, floor: NDArray[np.float64]) -> dict[str, Method]:
         solver = StarSolver(tetra3rs, floor, run.seed)
         run.note(f'Database of tetra3rs: {solver.database_bytes / 1e6:.0f} MB')
         for name, with_sizes in (('tetra3rs, sizes of the map', True), ('tetra3rs, no sizes', False)):
-            found[name] = Method(
-                partial(solver.centroids, with_sizes=with_sizes), solver.locate, not with_sizes
-            )
+            found[name] = Method(partial(solver.centroids, with_sizes=with_sizes), solver.locate, not with_sizes)
     found['pole star (the paper)'] = Method(lambda view: view.pixels, lambda p: paper(p).T_map_view, True)
     return found
 
 
-def time_all(
-    compared: dict[str, Method], views: list[PaperView], slow_places: int
-) -> dict[str, list[PoseScore]]:
+def time_all(compared: dict[str, Method], views: list[PaperView], slow_places: int) -> dict[str, list[PoseScore]]:
     """Ask all methods about the views by turns; slow ones about some, spread over all."""
     asked = set(np.linspace(0, len(views) - 1, min(slow_places, len(views))).round().astype(int).tolist())
     answers: dict[str, list[PoseScore]] = {name: [] for name in compared}
@@ -80,9 +76,7 @@ def main(run: Run, places: int, slow_places: int) -> None:
         answers = time_all(compared, views, slow_places)
         answers['SIFT on a patch of 1.8 x 1.2 m'] = [
             time_answer(sift.locate, sift.features(image), pose)
-            for image, pose in progress(
-                pictures(patch, slow_places, missing, spurious, 1), 'SIFT', slow_places
-            )
+            for image, pose in progress(pictures(patch, slow_places, missing, spurious, 1), 'SIFT', slow_places)
         ]
         heads = 'method | views | time ms: median / 95 % | median in units of ours | right / none / wrong'
         table = run.table(name, heads)

@@ -88,11 +88,7 @@ def main(run: Run, images: int) -> None:
                 if isinstance(found, Fix):
                     right += found.T_map_base.distance_to(moment.T_map_base) < RIGHT_WITHIN
                 dots.append(0 if found.dots is None else len(found.dots))
-        rates = (
-            rate(right, len(times)),
-            time(times, '.2f', (50, 99)),
-            measured(1e3 / float(np.mean(times)), '.0f'),
-        )
+        rates = (rate(right, len(times)), time(times, '.2f', (50, 99)), measured(1e3 / float(np.mean(times)), '.0f'))
         table.add(name, mean(dots, '.0f', better='higher'), *rates)
 
 

@@ -83,9 +83,7 @@ def _cell(cell: NDArray[np.int64]) -> Cell:
     return int(cell[0]), int(cell[1])
 
 
-def drive(
-    blocked: NDArray[np.bool_], task: GridTask, length_max: float, settings: RewardSettings | None
-) -> Drive:
+def drive(blocked: NDArray[np.bool_], task: GridTask, length_max: float, settings: RewardSettings | None) -> Drive:
     """Drive on the map known so far: by rewards, or along the shortest route, which is replanned for new obstacles.
 
     Rewards do not tell whether the goal can be reached at all; the shortest route does.
@@ -137,9 +135,7 @@ def main(run: Run, side: int, seeds: int, pairs: int, only: str) -> None:
             cells.append(rate(len(reached), len(done)))
             ratios[method] += reached
         by_map.add(name, *cells)
-    table = run.table(
-        'Unknown terrain', 'method | goal reached | length / shortest: median / 95 % / max | mean'
-    )
+    table = run.table('Unknown terrain', 'method | goal reached | length / shortest: median / 95 % / max | mean')
     for method, lengths in ratios.items():
         table.add(method, rate(len(lengths), pairs * len(maps)), error(lengths, '.2f'), mean(lengths))
     few = max(pairs // 8, 1)

@@ -81,9 +81,7 @@ def main(run: Run, rounds: int) -> None:
         ('A wall 0.85 m ahead: every point counts', NEAR_WALL, VoxelSettings().resolution),
     ):
         times = side_by_side(jobs_of(run, room, VoxelSettings(resolution=resolution)), rounds)
-        table = run.table(
-            f'{name}, voxels of {resolution} m', 'what | ms: median / 95 % | in units of bincount'
-        )
+        table = run.table(f'{name}, voxels of {resolution} m', 'what | ms: median / 95 % | in units of bincount')
         for what, taken in times.items():
             table.add(what, time(taken), '1' if what == BINCOUNT else ratio(taken, times[BINCOUNT]))
 

@@ -32,10 +32,7 @@ def _paragraphs() -> Iterator[str]:
     yield INTRODUCTION
     for name, paper in load_papers().items():
         yield f'## {paper["title"]}: {name}'
-        rows = [
-            '| paper | code | shown by | the paper | here | mutation | tests |',
-            '|---|---|---|---|---|---|---|',
-        ]
+        rows = ['| paper | code | shown by | the paper | here | mutation | tests |', '|---|---|---|---|---|---|---|']
         rows += [f'| {" | ".join(_cells(row))} |' for row in paper['rows']]
         yield '\n'.join(rows)
 

@@ -238,9 +238,7 @@ def remove_folder(folder: Path) -> None:
 def python_works(folder: Path) -> bool:
     """Return whether the environment's Python runs; it does not once the Python it was made from is gone."""
     python = folder / 'bin/python'
-    return (
-        os.access(python, os.X_OK) and not subprocess.run([str(python), '-ISc', ''], check=False).returncode
-    )
+    return os.access(python, os.X_OK) and not subprocess.run([str(python), '-ISc', ''], check=False).returncode
 
 
 def as_ascii(text: str) -> str:

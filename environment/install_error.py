@@ -34,9 +34,7 @@ def explain_failure(name: str, code: int, output: Sequence[str], folder: Path) -
     """
     text = '\n'.join(output)
     if any(words in text for words in FULL_DISK):
-        return (
-            f'the disk is full: {name} could not write {folder} or its cache; free some space and try again'
-        )
+        return f'the disk is full: {name} could not write {folder} or its cache; free some space and try again'
     if code < 0:
         return f'{name} was ended by {signal_name(-code)}; the next call starts the installation again'
     if 'Hash mismatch' in text or 'DO NOT MATCH THE HASHES' in text:

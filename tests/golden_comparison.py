@@ -26,8 +26,7 @@ def compare_poses(name: str, golden: Result, found: Result) -> list[str]:
         faults.append(f'only {len(pairs)} of {len(golden["poses"])} sampled poses have the same stamp')
     distance, angle = TOLERANCES[name]
     far = sum(
-        math.dist(a[:2], b[:2]) > distance or abs(math.remainder(a[2] - b[2], math.tau)) > angle
-        for a, b in pairs
+        math.dist(a[:2], b[:2]) > distance or abs(math.remainder(a[2] - b[2], math.tau)) > angle for a, b in pairs
     )
     if far > 0.02 * len(pairs):
         faults.append(f'{far} of {len(pairs)} poses are more than {distance} m or {angle} rad away')
@@ -42,9 +41,7 @@ def compare_grids(golden: Result, found: Result) -> list[str]:
     for name in found.keys() & golden.keys():
         one, other = golden[name], found[name]
         if one['size'] != other['size'] or not np.allclose(one['origin'], other['origin'], atol=1e-6):
-            faults.append(
-                f'{name}: {other["size"]} at {other["origin"]}, not {one["size"]} at {one["origin"]}'
-            )
+            faults.append(f'{name}: {other["size"]} at {other["origin"]}, not {one["size"]} at {one["origin"]}')
             continue
         for kind in ('occupied', 'free'):
             changed = np.abs(np.subtract(one[kind], other[kind])).sum()

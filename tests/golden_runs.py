@@ -75,12 +75,7 @@ class Recorder:
         listen(String, f'/{name}/command', lambda message: self.commands.append(message.data), 10)
         for grid in ('map', 'local_map'):
             topic = f'/{name}/{grid}'
-            listen(
-                OccupancyGrid,
-                topic,
-                lambda message, grid=grid: self.grids.update({grid: message}),
-                map_profile(),
-            )
+            listen(OccupancyGrid, topic, lambda message, grid=grid: self.grids.update({grid: message}), map_profile())
 
     def _add_pose(self, message: PoseStamped) -> None:
         stamp, pose = message.header.stamp, planar_pose(message.pose, 'pose')
@@ -120,10 +115,7 @@ def count_cells(grid: OccupancyGrid) -> Result:
 
 
 def replay(
-    create: Callable[..., Node],
-    name: str,
-    parameters: Parameters,
-    drives: Sequence[tuple[str, Sequence[str], float]],
+    create: Callable[..., Node], name: str, parameters: Parameters, drives: Sequence[tuple[str, Sequence[str], float]]
 ) -> Result:
     """Return what a node publishes on the first seconds of bags, each replayed in lock step to a new node.
 
@@ -203,9 +195,7 @@ def run_stereo(folder: Path) -> Result:
 
 def run_planner_map(folder: Path) -> Result:
     images = [
-        f'/{name}/{topic}'
-        for name in ('left', 'right', 'top')
-        for topic in ('image_rect/compressed', 'camera_info')
+        f'/{name}/{topic}' for name in ('left', 'right', 'top') for topic in ('image_rect/compressed', 'camera_info')
     ]
     return replay(
         RewardPlannerNode,

@@ -11,9 +11,7 @@ _MIN_SIDE = 8  # smallest map side [cells]
 _STEPS = ((-1, 0), (1, 0), (0, -1), (0, 1))
 
 
-def rooms(
-    side: int, seed: int, room: int = 16, door: int = 2, closed_fraction: float = 0.2
-) -> NDArray[np.bool_]:
+def rooms(side: int, seed: int, room: int = 16, door: int = 2, closed_fraction: float = 0.2) -> NDArray[np.bool_]:
     """Return square rooms in rows, walls one cell thick, a door somewhere in most walls; lengths in cells.
 
     Raises:
@@ -62,9 +60,7 @@ def maze(side: int, seed: int, corridor: int = 3, loop_fraction: float = 0.05) -
         visited[trail[-1]] = True
         _open_passage(walls, (row, column), trail[-1], pitch)
     for row, column in np.argwhere(rng.random((count - 1, count - 1)) < loop_fraction).tolist():
-        _open_passage(
-            walls, (row, column), (row + 1, column) if rng.random() < 0.5 else (row, column + 1), pitch
-        )
+        _open_passage(walls, (row, column), (row + 1, column) if rng.random() < 0.5 else (row, column + 1), pitch)
     return walls
 
 
@@ -119,9 +115,7 @@ def _is_unvisited(visited: NDArray[np.bool_], row: int, column: int) -> bool:
     return 0 <= row < count and 0 <= column < count and not visited[row, column]
 
 
-def _open_passage(
-    walls: NDArray[np.bool_], cell: tuple[int, int], other: tuple[int, int], pitch: int
-) -> None:
+def _open_passage(walls: NDArray[np.bool_], cell: tuple[int, int], other: tuple[int, int], pitch: int) -> None:
     """Remove the walls in and between two adjacent squares of a maze."""
     low, high = np.minimum(cell, other) * pitch + 1, np.maximum(cell, other) * pitch + pitch
     walls[low[0] : high[0], low[1] : high[1]] = False

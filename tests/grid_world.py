@@ -53,12 +53,7 @@ def visible_cells(occupied: NDArray[np.bool_], row: int, column: int, max_range:
 
 @njit(cache=True)
 def _trace_ray(
-    occupied: NDArray[np.bool_],
-    row: int,
-    column: int,
-    angle: float,
-    max_range: float,
-    seen: NDArray[np.bool_],
+    occupied: NDArray[np.bool_], row: int, column: int, angle: float, max_range: float, seen: NDArray[np.bool_]
 ) -> None:
     """Follow a ray from cell to cell (Amanatides and Woo 1987); it runs along no axis."""
     up, right = math.sin(angle), math.cos(angle)
@@ -104,18 +99,14 @@ def step_graph(blocked: NDArray[np.bool_]) -> csr_array[np.float64, tuple[int, i
 
 
 def distances_from(
-    blocked: NDArray[np.bool_],
-    start: tuple[int, int],
-    graph: csr_array[np.float64, tuple[int, int]] | None = None,
+    blocked: NDArray[np.bool_], start: tuple[int, int], graph: csr_array[np.float64, tuple[int, int]] | None = None
 ) -> NDArray[np.float64]:
     """Return the length of the shortest route from a cell to every cell [cells], infinite where there is none.
 
     The graph may be a precomputed ``step_graph``, for many starts.
     """
     number = start[0] * blocked.shape[1] + start[1]
-    return np.asarray(dijkstra(step_graph(blocked) if graph is None else graph, indices=number)).reshape(
-        blocked.shape
-    )
+    return np.asarray(dijkstra(step_graph(blocked) if graph is None else graph, indices=number)).reshape(blocked.shape)
 
 
 def is_traversable(blocked: NDArray[np.bool_], cells: NDArray[np.int64]) -> bool:

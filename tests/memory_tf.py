@@ -47,9 +47,7 @@ class MemoryTf:
 
         monkeypatch.setattr(Node, 'create_publisher', create_publisher)
 
-    def join(
-        self, parent: str, child: str, xyz: Any, rpy: Any = (0.0, 0.0, 0.0), *, is_static: bool = True
-    ) -> None:
+    def join(self, parent: str, child: str, xyz: Any, rpy: Any = (0.0, 0.0, 0.0), *, is_static: bool = True) -> None:
         """Add ``T_parent_child``."""
         self._parents[child] = parent, SE3.from_rpy(xyz, rpy), is_static
 

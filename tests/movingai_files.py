@@ -21,9 +21,7 @@ def load_movingai_map(path: Path) -> NDArray[np.bool_]:
         raise SceneError(f'{path}: not a text file; expected a MovingAI map') from error
     header = dict(line.split(maxsplit=1) for line in lines[:4] if len(line.split()) == 2)
     if lines[3:4] != ['map'] or not {'height', 'width'} <= set(header):
-        raise SceneError(
-            f'{path}: expected a MovingAI .map file that begins with type, height, width and map'
-        )
+        raise SceneError(f'{path}: expected a MovingAI .map file that begins with type, height, width and map')
     try:
         rows, columns = int(header['height']), int(header['width'])
     except ValueError as error:
@@ -33,7 +31,5 @@ def load_movingai_map(path: Path) -> NDArray[np.bool_]:
         raise SceneError(f'{path}: expected {rows} lines of {columns} cells, as in the header')
     unknown = sorted(set(''.join(cells)) - _VALID_CELLS)
     if unknown:
-        raise SceneError(
-            f'{path}: unknown cell {unknown[0]!r}; expected one of {"".join(sorted(_VALID_CELLS))}'
-        )
+        raise SceneError(f'{path}: unknown cell {unknown[0]!r}; expected one of {"".join(sorted(_VALID_CELLS))}')
     return np.array([[cell not in _FREE_CELLS for cell in line] for line in cells])

@@ -133,9 +133,7 @@ def poses_in(bag: BagReader, topic: str) -> dict[int, SE2]:
     return {header_stamp(raw.raw): planar_pose(bag.decode(raw).pose, topic) for raw in messages}
 
 
-def first_seconds(
-    path: Path, seconds: float, source: Path, keep: Callable[[float], bool] = lambda _: True
-) -> Path:
+def first_seconds(path: Path, seconds: float, source: Path, keep: Callable[[float], bool] = lambda _: True) -> Path:
     """Copy the beginning of a bag, messages at times that are kept [s]."""
     with BagReader(source) as bag, BagWriter(path) as copy:
         for raw in bag.messages():

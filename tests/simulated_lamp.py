@@ -79,9 +79,7 @@ class Light:
         first = int(self.states[np.searchsorted(self.ticks, start, side='right') - 1])
         states = np.append(first, self.states[inside])
         times = np.append(0, self.ticks[inside] - start) / TICK_RATE
-        return Waveform(
-            times, (states[:, None] >> np.arange(2) & 1).astype(float), periods * period / TICK_RATE
-        )
+        return Waveform(times, (states[:, None] >> np.arange(2) & 1).astype(float), periods * period / TICK_RATE)
 
     def first_dark(self) -> int:
         """Return when it first changed after shining steadily, at which every code's first blink ends [ticks]."""

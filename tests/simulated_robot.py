@@ -44,12 +44,8 @@ class SimulatedRobot:
             after = start + (until - start) * (step + 1) / count
             elapsed = after - self.time
             self._forward = _step_towards(forward, self._forward, self._limits.acceleration * elapsed)
-            self._yaw_rate = _step_towards(
-                yaw_rate, self._yaw_rate, self._limits.angular_acceleration * elapsed
-            )
-            self._poses.append(
-                self._poses[-1] @ arc_motion(self._forward * elapsed, self._yaw_rate * elapsed)
-            )
+            self._yaw_rate = _step_towards(yaw_rate, self._yaw_rate, self._limits.angular_acceleration * elapsed)
+            self._poses.append(self._poses[-1] @ arc_motion(self._forward * elapsed, self._yaw_rate * elapsed))
             self._speeds.append((self._forward, self._yaw_rate))
             self._times.append(after)
 

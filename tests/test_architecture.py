@@ -171,9 +171,7 @@ def test_package_xml_names_what_is_imported_and_no_more(package: str) -> None:
 @pytest.mark.parametrize('package', PACKAGES)
 def test_package_xml_names_what_the_tests_import(package: str) -> None:
     files = sorted((ROOT / 'src' / package / 'test').rglob('*.py'))
-    beside = {
-        name for path in [*files, *(ROOT / 'tests').glob('*.py')] for name in (path.stem, path.parent.name)
-    }
+    beside = {name for path in [*files, *(ROOT / 'tests').glob('*.py')] for name in (path.stem, path.parent.name)}
     assert rosdep_keys(package, files) - beside <= {
         *declared(package, 'exec_depend'),
         *declared(package, 'test_depend'),

@@ -39,15 +39,11 @@ def places(folder: Path) -> list[TaughtPlace]:
     return list(load_places(folder))
 
 
-def located(
-    name: str, places: list[TaughtPlace], *, is_raw: bool = False
-) -> tuple[list[LocatedFrame], list[SE2]]:
+def located(name: str, places: list[TaughtPlace], *, is_raw: bool = False) -> tuple[list[LocatedFrame], list[SE2]]:
     """Return the pairs of a bag and where the robot truly was in the map."""
     with BagReader(BAGS / name) as bag:
         settings, topics = PairSettings(rectify=is_raw), choose_topics(bag, {}, is_raw=is_raw)
-        localization = locate_bag(
-            bag, topics, lambda: PairStream(places, MOUNT, settings, LandmarkSettings())
-        )
+        localization = locate_bag(bag, topics, lambda: PairStream(places, MOUNT, settings, LandmarkSettings()))
         return list(localization), list(poses_in(bag, '/ground_truth').values())
 
 
@@ -78,9 +74,7 @@ def test_the_robot_is_found_at_the_place_in_millimetres(
 
 def test_the_live_node_finds_the_robot_in_millimetres(folder: Path) -> None:
     mount = {'camera_xyz': list(MOUNT.xyz)}
-    errors, truths, _ = replay_live(
-        StereoLandmarkNode, BAGS / 'corridor_left', places_dir=str(folder), **mount
-    )
+    errors, truths, _ = replay_live(StereoLandmarkNode, BAGS / 'corridor_left', places_dir=str(folder), **mount)
     assert len(errors) > 0.5 * truths
     assert 1e3 * np.median(errors) < 2.0
     assert 1e3 * errors.max() < 6.0

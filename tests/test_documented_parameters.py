@@ -75,14 +75,10 @@ def test_parameter_names_are_unique_and_the_example_configuration_holds_their_de
     assert len(known) == len(described)
     if node == 'pose_arbiter':
         known['sources'] = DEFAULT_SOURCES
-        known |= {
-            f'{s}.{d.name}': d.default for s in DEFAULT_SOURCES for d in describe_settings(SourceSettings)
-        }
+        known |= {f'{s}.{d.name}': d.default for s in DEFAULT_SOURCES for d in describe_settings(SourceSettings)}
     if node == 'collision_monitor':
         known['sources'] = RANGE_SOURCES
-        known |= {
-            f'{s}.{d.name}': d.default for s in RANGE_SOURCES for d in describe_settings(RangeSourceSettings)
-        }
+        known |= {f'{s}.{d.name}': d.default for s in RANGE_SOURCES for d in describe_settings(RangeSourceSettings)}
     for name, value in given.items():
         default = known[name]
         assert (tuple(value) if isinstance(value, list) else value) == default, name

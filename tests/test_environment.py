@@ -136,9 +136,7 @@ def test_after_a_kill_while_packages_were_added_the_environment_is_made_again(
     assert installers.names() == [*ALL, *ALL]
 
 
-def test_what_a_killed_removal_left_is_removed(
-    install: ModuleType, installers: FakeInstallers, tmp_path: Path
-) -> None:
+def test_what_a_killed_removal_left_is_removed(install: ModuleType, installers: FakeInstallers, tmp_path: Path) -> None:
     for name in ('venv.old', 'venv.new'):
         (tmp_path / name / 'bin').mkdir(parents=True)
     assert install.main([str(tmp_path / 'venv'), 'project', 'runtime.lock']) == 0
@@ -211,9 +209,7 @@ def test_refusal_of_the_disk_is_one_line_with_the_remedy(
     assert install.main([str(tmp_path / 'venv'), 'project', 'runtime.lock']) == 0
 
 
-def test_settings_of_pip_are_passed_to_uv_and_missing_folders_are_not(
-    install: ModuleType, tmp_path: Path
-) -> None:
+def test_settings_of_pip_are_passed_to_uv_and_missing_folders_are_not(install: ModuleType, tmp_path: Path) -> None:
     python = tmp_path / 'python'
     listed = f""":env:.index-url='https://mirror/simple'
 global.cert='/etc/own.pem'

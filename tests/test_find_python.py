@@ -46,8 +46,7 @@ def test_broken_shim_is_passed_over_for_the_one_behind_it(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ('version', 'venv', 'said'),
-    [('3.13', True, 'found only 3.13'), ('3.12', False, 'apt install python3.12-venv')],
+    ('version', 'venv', 'said'), [('3.13', True, 'found only 3.13'), ('3.12', False, 'apt install python3.12-venv')]
 )
 def test_unfit_python_is_named_with_the_remedy(tmp_path: Path, version: str, venv: bool, said: str) -> None:
     fake_python(tmp_path / 'bin/python3', version, venv=venv)

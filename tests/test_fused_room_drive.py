@@ -36,9 +36,7 @@ def fuse(source, odometry, wanted, shuffle=None):
     if shuffle is not None:
         random.Random(shuffle).shuffle(messages)
     for stamp, kind, pose in messages:
-        refusal = (
-            arbiter.add_odometry(stamp, pose, now) if kind else arbiter.add_pose(0, stamp, pose, None, now)
-        )
+        refusal = arbiter.add_odometry(stamp, pose, now) if kind else arbiter.add_pose(0, stamp, pose, None, now)
         assert refusal is None
     return [(s, SE2(e.x, e.y, e.yaw)) for s in wanted if (e := arbiter.estimate_at(s)) is not None]
 

@@ -40,9 +40,7 @@ def test_a_run_gives_the_golden_result(run: Any) -> None:
     if name in TOLERANCES:
         assert found.keys() == expected.keys()
         faults = [
-            f'{drive}: {fault}'
-            for drive in found
-            for fault in compare_poses(name, expected[drive], found[drive])
+            f'{drive}: {fault}' for drive in found for fault in compare_poses(name, expected[drive], found[drive])
         ]
         assert not faults
     elif name == 'motor_bridge':

@@ -196,7 +196,5 @@ def entry_points(folder: Path) -> dict[str, str]:
 def test_pip_users_get_the_executables_of_all_packages() -> None:
     project = tomllib.loads((ROOT / 'pyproject.toml').read_text())['project']
     packages = {path.parent for path in ROOT.glob('src/*/setup.cfg')}
-    expected = {
-        f'{one.name}.{name}': target for one in packages for name, target in entry_points(one).items()
-    }
+    expected = {f'{one.name}.{name}': target for one in packages for name, target in entry_points(one).items()}
     assert project['entry-points']['shirube.executables'] == expected

@@ -82,9 +82,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     authorizer = authorizer_from_settings(node, AuthorizationSettings(), beacons)
     with FewerImages(BAG) as bag:
         localization = locate_bag(
-            bag,
-            choose_topics(bag, None, None, None, None),
-            lambda: BeaconReceiver(beacons, node.mount, authorizer),
+            bag, choose_topics(bag, None, None, None, None), lambda: BeaconReceiver(beacons, node.mount, authorizer)
         )
         found = Run(list(islice(localization, IMAGES)), poses_in(bag, '/ground_truth'))
     for image in found.images:
@@ -133,13 +131,7 @@ def test_poses_are_as_good_as_they_say(run: Run) -> None:
 
 def test_a_survey_finds_the_lamps_of_the_bag(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / 'beacons.yaml'
-    arguments = [
-        str(first_seconds(tmp_path / 'bag', 12.0, BAG)),
-        '--lamp-radius',
-        '0.0325',
-        '--out',
-        str(out),
-    ]
+    arguments = [str(first_seconds(tmp_path / 'bag', 12.0, BAG)), '--lamp-radius', '0.0325', '--out', str(out)]
     assert survey.main([*arguments, '--camera-xyz', '0', '0', '0']) == 0
     found, true = load_beacons(out), load_beacons(BAG / 'beacons.yaml')
     assert [beacon.id for beacon in found] == [beacon.id for beacon in true] == [1, 2, 3, 4]

@@ -16,9 +16,7 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix
 BENCHMARK = 'lamp_photograph'
 DATA = Path(os.environ.get('SHIRUBE_DATA', 'not given'))
 
-pytestmark = pytest.mark.skipif(
-    not (DATA / 'vlc_luxapose').is_dir(), reason='SHIRUBE_DATA names no vlc_luxapose/'
-)
+pytestmark = pytest.mark.skipif(not (DATA / 'vlc_luxapose').is_dir(), reason='SHIRUBE_DATA names no vlc_luxapose/')
 
 
 @pytest.fixture(scope='module')
@@ -45,16 +43,10 @@ def test_the_lamps_give_the_pose_of_the_telephone(bench: ModuleType, photograph:
     assert fix.height == pytest.approx(0.0, abs=0.03)
     assert np.hypot(fix.T_map_base.x, fix.T_map_base.y) < 0.04
     mirrored = [replace(b, xyz=(-b.xyz[0], *b.xyz[1:])) for b in bench.BEACONS]
-    assert (
-        BeaconLocator(mirrored, CameraMount((0.0,) * 3, (0.0,) * 3), None, bench.SETTINGS)
-        .locate(rays)
-        .anomalies
-    )
+    assert BeaconLocator(mirrored, CameraMount((0.0,) * 3, (0.0,) * 3), None, bench.SETTINGS).locate(rays).anomalies
 
 
-@pytest.mark.skipif(
-    not (DATA / 'vlc_luxapose_more').is_dir(), reason='SHIRUBE_DATA names no vlc_luxapose_more/'
-)
+@pytest.mark.skipif(not (DATA / 'vlc_luxapose_more').is_dir(), reason='SHIRUBE_DATA names no vlc_luxapose_more/')
 def test_the_lamps_are_named_and_other_lights_are_not(bench: ModuleType) -> None:
     assert bench.names_in_photographs(DATA / 'vlc_luxapose_more') == [
         ('2014-02-27--18-15-03-62.jpg', 3, 3, 3, []),

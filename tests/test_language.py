@@ -60,13 +60,9 @@ def entries(docstring: str) -> Iterator[str]:
 
 
 def test_the_rules_notice_private_words() -> None:
-    assert all(
-        PRIVATE_WORDS.search(words_of(name)) for name in ('tellPose', 'MissionEars', 'mended', 'is_told')
-    )
+    assert all(PRIVATE_WORDS.search(words_of(name)) for name in ('tellPose', 'MissionEars', 'mended', 'is_told'))
     assert not any(PRIVATE_WORDS.search(words_of(name)) for name in ('predict', 'intellect', 'Recommended'))
-    text = (
-        'Do it.\n\nArgs:\n    radius: of the wheel [m].\n    width: distance [m].\n\nReturns:\n    the sum.\n'
-    )
+    text = 'Do it.\n\nArgs:\n    radius: of the wheel [m].\n    width: distance [m].\n\nReturns:\n    the sum.\n'
     assert [bool(PREPOSITION.match(entry)) for entry in entries(text)] == [True, False]
 
 

@@ -21,12 +21,7 @@ from vlc_beacon.core.transmitter.lamp_frame import (
     Section,
     frame_to_bytes,
 )
-from vlc_beacon.core.transmitter.lamp_program import (
-    constant_tone_frame,
-    manchester_frame,
-    rs_fsk_frame,
-    ufsook_frame,
-)
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, manchester_frame, rs_fsk_frame, ufsook_frame
 
 pytestmark = pytest.mark.newest_set_only
 
@@ -64,11 +59,7 @@ def switches(waveform: Waveform, periods: int) -> tuple[np.ndarray, np.ndarray]:
 CODES = {
     'ufsook': (ufsook_frame(bytes_of(ID, TEXT)), waveform_of('ufsook', [ID, TEXT]), 2),
     'rs_fsk': (rs_fsk_frame(bytes_of(ID, TEXT), 30.0), waveform_of('rs_fsk', [ID, TEXT]), 2),
-    'manchester': (
-        manchester_frame(bytes_of(ID, HUNDRED), SEGMENTS),
-        waveform_of('manchester', [ID, HUNDRED]),
-        1,
-    ),
+    'manchester': (manchester_frame(bytes_of(ID, HUNDRED), SEGMENTS), waveform_of('manchester', [ID, HUNDRED]), 1),
     'tone': (constant_tone_frame(3333.0), constant_tone_waveform(3333.0), 100),
 }
 

@@ -50,9 +50,7 @@ def errors(poses: Poses, truth: Callable[[int], SE2]) -> tuple[np.ndarray, np.nd
 
 
 @pytest.mark.timeout(300)
-def test_the_floor_is_read_to_a_tenth_of_a_millimetre_and_the_carpet_is_not(
-    truth: Callable[[int], SE2],
-) -> None:
+def test_the_floor_is_read_to_a_tenth_of_a_millimetre_and_the_carpet_is_not(truth: Callable[[int], SE2]) -> None:
     floor = surveyed_floor()
     localizer = FloorLocalizer(index_map(DotMap(floor.points, floor.diameters)), BELLY_MOUNT)
     with BagReader(BAG) as bag:

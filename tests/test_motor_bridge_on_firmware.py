@@ -101,9 +101,7 @@ def bridge(motor_firmware: Path) -> Iterator[Bridge]:
 
 
 @pytest.mark.parametrize('velocity', [Velocity(-0.2, 0.0), Velocity(0.2, 0.6)])
-def test_the_robot_goes_where_it_is_sent_and_odometry_counts_every_tick(
-    bridge: Bridge, velocity: Velocity
-) -> None:
+def test_the_robot_goes_where_it_is_sent_and_odometry_counts_every_tick(bridge: Bridge, velocity: Velocity) -> None:
     bridge.drive(velocity, 1.5)
     before = bridge.states[-1].velocity
     assert before.forward == pytest.approx(velocity.forward, abs=0.02)

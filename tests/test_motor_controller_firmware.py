@@ -182,8 +182,7 @@ def test_reset_of_the_encoders_ends_a_held_speed_but_no_pwm(controller: Simulate
 
 
 @pytest.mark.parametrize(
-    ('full_speed', 'lag', 'targets'),
-    [(3000.0, 0.1, (40, -7)), (1500.0, 0.05, (-20, 30)), (6000.0, 0.2, (3, 100))],
+    ('full_speed', 'lag', 'targets'), [(3000.0, 0.1, (40, -7)), (1500.0, 0.05, (-20, 30)), (6000.0, 0.2, (3, 100))]
 )
 def test_speed_is_held_whatever_the_motor(controller, full_speed: float, lag: float, targets) -> None:
     controller.set_motors(full_speed, 0.8 * full_speed, lag)

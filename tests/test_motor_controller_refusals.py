@@ -13,9 +13,7 @@ pytestmark = pytest.mark.newest_set_only
 INVALID = b'Invalid Command\r\n'
 ORDER, PWM = 'o 100 -50', (100, -50)
 # The same grammar a second time: letter, numbers, and what each may be.
-GRAMMAR = re.compile(
-    r'[ber]|m(?P<m>(?: -?\d{1,5}){2})|o(?P<o>(?: -?\d{1,5}){2})|u (?P<u>-?\d{1,5}(?::-?\d{1,5}){3})'
-)
+GRAMMAR = re.compile(r'[ber]|m(?P<m>(?: -?\d{1,5}){2})|o(?P<o>(?: -?\d{1,5}){2})|u (?P<u>-?\d{1,5}(?::-?\d{1,5}){3})')
 
 REFUSED = {
     'no numbers': ['m nan nan', 'm inf 0', 'm 1e3 1', 'm 1.0 1', 'm 0x10 1', 'm +10 10', 'm - 1', 'm --1 1'],

@@ -20,9 +20,7 @@ def benchmarks(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     wait, drive = robot.wait_for_bridge, robot.drive
     # Discovery forgets a killed process after 20 s only; no other one follows here.
     monkeypatch.setattr(robot, 'wait_for_bridge', lambda self, is_there=True: is_there and wait(self))
-    monkeypatch.setattr(
-        robot, 'drive', lambda self, seconds, forward: drive(self, min(seconds, 3.0), forward)
-    )
+    monkeypatch.setattr(robot, 'drive', lambda self, seconds, forward: drive(self, min(seconds, 3.0), forward))
     yield
     for name in ('_motor_fuzz', '_motor_line'):
         sys.modules.pop(name, None)

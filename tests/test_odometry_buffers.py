@@ -25,11 +25,7 @@ TWISTS = st.tuples(st.floats(-0.7, 0.7), st.floats(-0.2, 0.2), st.floats(-2.0, 2
 
 def motions(messages: list[tuple[int, SE2]], start: int, end: int) -> dict[str, SE2]:
     """Return the motion between two stamps [ns] by the buffer of each node that answers."""
-    predictor, lamps, planner = (
-        PosePredictor(TrackerSettings()),
-        LampOdometry(),
-        PoseBuffer(MappingSettings()),
-    )
+    predictor, lamps, planner = (PosePredictor(TrackerSettings()), LampOdometry(), PoseBuffer(MappingSettings()))
     arbiter = Arbiter([], ArbiterSettings())
     for stamp, pose in messages:
         predictor.add_odometry(1e-9 * stamp, pose)
@@ -45,9 +41,7 @@ def motions(messages: list[tuple[int, SE2]], start: int, end: int) -> dict[str, 
         'lamps': (lamps.pose_at(1e-9 * start), lamps.pose_at(1e-9 * end)),
         'planner': (planner.pose_at(1e-9 * start), planner.pose_at(1e-9 * end)),
     }
-    found = {
-        name: a.inverse() @ b for name, (a, b) in ends.items() if isinstance(a, SE2) and isinstance(b, SE2)
-    }
+    found = {name: a.inverse() @ b for name, (a, b) in ends.items() if isinstance(a, SE2) and isinstance(b, SE2)}
     return found | {
         'tracker': predictor.relative_motion(1e-9 * start, 1e-9 * end),
         'arbiter': SE2(estimate.x, estimate.y, estimate.yaw),

@@ -75,7 +75,5 @@ def test_all_names_taken_from_the_libraries_are_there(package: Path) -> None:
 
 
 def test_a_name_that_is_not_there_is_found() -> None:
-    names = set(
-        taken_names(ast.parse('import numpy as np\ndef f(x):\n    return np.linalg.nothing(np.abs(x))'))
-    )
+    names = set(taken_names(ast.parse('import numpy as np\ndef f(x):\n    return np.linalg.nothing(np.abs(x))')))
     assert {name for name in names if not is_there(name)} == {'numpy.linalg.nothing'}

@@ -15,9 +15,7 @@ import write_papers  # noqa: E402
 pytestmark = pytest.mark.newest_set_only
 
 ROWS = [(name, row) for name, paper in write_papers.load_papers().items() for row in paper['rows']]
-MUTATIONS = [
-    pytest.param(row['mutation'], id=f'{name}: {row["of"]}') for name, row in ROWS if 'mutation' in row
-]
+MUTATIONS = [pytest.param(row['mutation'], id=f'{name}: {row["of"]}') for name, row in ROWS if 'mutation' in row]
 
 
 def test_the_page_is_up_to_date() -> None:

@@ -66,9 +66,7 @@ def test_truth_pictures_and_calibration_are_those_of_the_scene(bag: Any) -> None
         rendered = SCENE.pictures(index, index / 5.0)
         for picture, view in zip(instant.images, rendered.values(), strict=True):
             assert cv2.absdiff(picture, view).mean() < 6.0
-    right, top = (
-        pair_from_projections(bag.projections['left'], bag.projections[n]) for n in ('right', 'top')
-    )
+    right, top = (pair_from_projections(bag.projections['left'], bag.projections[n]) for n in ('right', 'top'))
     assert (right.axis, right.baseline, top.axis, top.baseline) == pytest.approx((0, 0.1, 1, -0.1))
 
 

@@ -18,9 +18,7 @@ from vlc_beacon.node import VlcBeaconNode
 pytestmark = [pytest.mark.newest_set_only, pytest.mark.timeout(300)]
 
 IMAGES = ('/image_raw/compressed', '/camera_info', '/odom')
-STEREO = [
-    f'/{side}/{topic}' for side in ('left', 'right') for topic in ('image_rect/compressed', 'camera_info')
-]
+STEREO = [f'/{side}/{topic}' for side in ('left', 'right') for topic in ('image_rect/compressed', 'camera_info')]
 TOP = ['/top/image_rect/compressed', '/top/camera_info']
 COMPRESSED = {'image_transport': 'compressed'}
 SOURCES = [f'/{name}/pose_with_covariance' for name in ('floor_localizer', 'stereo_landmark', 'vlc_beacon')]

@@ -121,20 +121,14 @@ def robots(tmp_path: Path) -> Iterator[tuple[list[Robot], IsolatedGraph]]:
         yield made, graph
 
 
-def test_each_robot_drives_to_its_goal_and_none_hears_the_other(
-    robots: tuple[list[Robot], IsolatedGraph],
-) -> None:
+def test_each_robot_drives_to_its_goal_and_none_hears_the_other(robots: tuple[list[Robot], IsolatedGraph]) -> None:
     both, graph = robots
     assert graph.spin_until(lambda: all(robot.is_at_goal for robot in both), timeout=200.0), [
         robot.pose for robot in both
     ]
     watcher = graph.node('watcher')
     assert graph.spin_until(lambda: watcher.count_subscribers('/robot2/cmd_vel') > 0)
-    nodes = {
-        (name, namespace)
-        for name, namespace in watcher.get_node_names_and_namespaces()
-        if 'robot' in namespace
-    }
+    nodes = {(name, namespace) for name, namespace in watcher.get_node_names_and_namespaces() if 'robot' in namespace}
     assert len(nodes) == 6
     for name, namespace in nodes:
         for listed in (

@@ -19,11 +19,7 @@ from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings, TrackerSettings
 from floor_localizer.core.tracker import FloorTracker
-from floor_localizer.localization.localizer_from_map_file import (
-    STARTUP_NOTICE,
-    NodeSettings,
-    localizer_from_map_file,
-)
+from floor_localizer.localization.localizer_from_map_file import STARTUP_NOTICE, NodeSettings, localizer_from_map_file
 from floor_localizer.localization.visualization import debug_picture, delete_markers, dot_markers
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_ros.callback_guard import create_trigger_service
@@ -205,9 +201,7 @@ class FloorLocalizerNode(ManagedNode):
         ImageInput(self, self._guard, topics, transport, camera_from_camera_info, self._on_image)
         self._inputs.add_images(*topics)
         self.subscribe(Odometry, 'odom', self._on_odometry, odometry_profile(), Need.OPTIONAL)
-        self.subscribe(
-            PoseWithCovarianceStamped, 'initialpose', self._on_initial_pose, pose_profile(), Need.REQUEST
-        )
+        self.subscribe(PoseWithCovarianceStamped, 'initialpose', self._on_initial_pose, pose_profile(), Need.REQUEST)
 
     def _on_image(self, header: Header, pixels: Pixels, camera: PinholeCamera) -> None:
         stamp = self._stamps.check(header, 'image_raw')

@@ -38,11 +38,7 @@ def photograph(
 
 
 def scattered_centres(
-    seed: int,
-    count: int = 14,
-    size: tuple[int, int] = (160, 160),
-    distance: float = 22.0,
-    margin: float = 14.0,
+    seed: int, count: int = 14, size: tuple[int, int] = (160, 160), distance: float = 22.0, margin: float = 14.0
 ) -> NDArray[np.float64]:
     """Random centres u, v, shape (count, 2), with a minimum distance between them."""
     rng = np.random.default_rng(seed)

@@ -74,9 +74,7 @@ def dots_at(pixels: ArrayLike, sigma: float = 0.1) -> DetectedDots:
 
 
 def first_dots(dots: DetectedDots, number: int) -> DetectedDots:
-    return replace(
-        dots, pixels=dots.pixels[:number], diameters=dots.diameters[:number], sigmas=dots.sigmas[:number]
-    )
+    return replace(dots, pixels=dots.pixels[:number], diameters=dots.diameters[:number], sigmas=dots.sigmas[:number])
 
 
 def mirrored(dots: DetectedDots, camera: PinholeCamera = CAMERA) -> DetectedDots:

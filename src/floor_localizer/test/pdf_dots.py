@@ -22,9 +22,7 @@ class PdfPage:
 
 
 def read_pages(data: bytes) -> list[PdfPage]:
-    objects = {
-        int(n): body for n, body in re.findall(rb'(?:^|\n)(\d+) 0 obj\n(.*?)\nendobj', data, re.DOTALL)
-    }
+    objects = {int(n): body for n, body in re.findall(rb'(?:^|\n)(\d+) 0 obj\n(.*?)\nendobj', data, re.DOTALL)}
     pages = []
     for body in objects.values():
         if b'/Type /Page\n' in body + b'\n' or re.search(rb'/Type /Page[^s]', body):

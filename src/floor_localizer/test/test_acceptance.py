@@ -41,9 +41,9 @@ def test_it_is_the_written_formula_for_any_order_of_the_dots():
     assert log_chance() == pytest.approx(expected)
     assert log_chance(dots=9e5) - log_chance() == pytest.approx(math.log(10.0))
     shuffled = np.random.default_rng(0).permutation(len(z))
-    assert log_chance_alignments(
-        RESIDUALS[shuffled], z[shuffled] + 7.0, 2e-5, 9e4, 5384.0, 0.05
-    ) == pytest.approx(expected)
+    assert log_chance_alignments(RESIDUALS[shuffled], z[shuffled] + 7.0, 2e-5, 9e4, 5384.0, 0.05) == pytest.approx(
+        expected
+    )
 
 
 @pytest.mark.parametrize(('dots', 'seen'), [(60, 3), (24, 4)])
@@ -111,9 +111,7 @@ def least_log_chance(rng, dots=60, seen=10, density=5384.0, scale=0.02):
             a = arms / (view[j] - view[i])
             fits = np.abs(np.abs(a) - 1.0) <= scale
             places = a[fits, None] * (view - view[i]) + floor[starts[fits], None]
-            residuals, _ = tree.query(
-                np.stack([places.real, places.imag], axis=-1), distance_upper_bound=reach
-            )
+            residuals, _ = tree.query(np.stack([places.real, places.imag], axis=-1), distance_upper_bound=reach)
             for row in residuals[np.isfinite(residuals).sum(axis=1) >= 4]:
                 best = min(best, log_chance_alignments(row, view, 1e-5, float(dots), density, scale))
     return best

@@ -71,18 +71,13 @@ def test_a_survey_killed_while_adjusting_resumes_with_that_round(scene, whole, t
         done.unlink()
     command = [sys.executable, '-c', KILLED_WHILE_ADJUSTING, *map(str, folder_options(scene))]
     child = subprocess.run(
-        [*command, '--out', str(tmp_path), *FLAGS],
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-        check=False,
+        [*command, '--out', str(tmp_path), *FLAGS], stderr=subprocess.DEVNULL, start_new_session=True, check=False
     )
     assert child.returncode == -signal.SIGKILL
     assert list((tmp_path / 'checkpoint' / 'adjustment').glob('*/found_00000.npy'))
     adjusted, bundle_adjust_blocks = [], floor_survey.bundle_adjust_blocks
     monkeypatch.setattr(connected_images, 'PoseGraphBuilder', None)
-    monkeypatch.setattr(
-        floor_survey, 'bundle_adjust_blocks', lambda *a: adjusted.append(a) or bundle_adjust_blocks(*a)
-    )
+    monkeypatch.setattr(floor_survey, 'bundle_adjust_blocks', lambda *a: adjusted.append(a) or bundle_adjust_blocks(*a))
     code, _, err = run(capsys, *folder_options(scene), '--out', tmp_path)
     assert code == 0, err
     assert len(adjusted) == floor_survey.ADJUSTMENTS - 2
@@ -103,19 +98,10 @@ def test_a_damaged_step_is_done_again(scene, whole, tmp_path, capsys):
 
 def test_what_was_half_written_is_removed_and_nothing_else(tmp_path):
     Checkpoint(tmp_path, {'survey': 1}).save_step('linked')
-    for name in (
-        '.images.bin.x1y2x1y2',
-        '.dots_00001.npz.ab_cd_ef',
-        '.submaps_00000.npz.abcd_123',
-        '.linked.npz.swp',
-    ):
+    for name in ('.images.bin.x1y2x1y2', '.dots_00001.npz.ab_cd_ef', '.submaps_00000.npz.abcd_123', '.linked.npz.swp'):
         (tmp_path / name).write_bytes(b'half')
     Checkpoint(tmp_path, {'survey': 1})
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        '.linked.npz.swp',
-        'linked.npz',
-        'survey.json',
-    ]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ['.linked.npz.swp', 'linked.npz', 'survey.json']
 
 
 def test_a_full_disk_is_reported_and_the_survey_resumes(scene, tmp_path, capsys, monkeypatch):

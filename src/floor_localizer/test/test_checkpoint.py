@@ -49,9 +49,7 @@ def test_no_damaged_byte_is_an_error(tmp_path):
 def test_another_survey_is_refused_and_what_is_other_is_named(tmp_path):
     Checkpoint(tmp_path, SURVEY)
     other = {'camera': {'fx': 301.0}, 'settings': {'chance_alignments_max': 1e-5}}
-    with pytest.raises(
-        FloorLocalizerError, match='survey, which differs by its camera and settings; remove it'
-    ):
+    with pytest.raises(FloorLocalizerError, match='survey, which differs by its camera and settings; remove it'):
         Checkpoint(tmp_path, other)
     (tmp_path / 'survey.json').write_text('')
     with pytest.raises(FloorLocalizerError, match='by its camera and settings and version of the software;'):

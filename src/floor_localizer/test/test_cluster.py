@@ -31,10 +31,7 @@ def scheduler(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     )
     processes = [
         subprocess.Popen(
-            [sys.executable, '-m', 'dask', *command],
-            cwd=folder,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
+            [sys.executable, '-m', 'dask', *command], cwd=folder, stderr=subprocess.DEVNULL, start_new_session=True
         )
         for command in commands
     ]

@@ -78,8 +78,7 @@ def test_every_constellation_is_found_in_the_bucket_of_its_own_key(grid, index):
         entries = index.entries[index.starts[bucket] : index.starts[bucket + 1]]
         total += 1
         missed += not any(
-            subcell_of_entry(np.uint64(entry)) == pack_subcell(steps)
-            and baseline_of(grid, index, entry) == base
+            subcell_of_entry(np.uint64(entry)) == pack_subcell(steps) and baseline_of(grid, index, entry) == base
             for entry in entries
         )
     assert total > 1000

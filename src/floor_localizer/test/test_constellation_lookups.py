@@ -7,12 +7,7 @@ import pytest
 from six_dots import canonical_key, coordinates, six_dots
 
 from floor_localizer.core.constellation.constellation_index import build_constellation_index
-from floor_localizer.core.constellation.constellation_key import (
-    INNER_DOTS,
-    bucket_of_hash,
-    hash_cell,
-    pack_subcell,
-)
+from floor_localizer.core.constellation.constellation_key import INNER_DOTS, bucket_of_hash, hash_cell, pack_subcell
 from floor_localizer.core.constellation.constellation_lookups import (
     ProbabilityRange,
     add_constellation,

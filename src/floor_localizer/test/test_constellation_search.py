@@ -22,9 +22,7 @@ def distance(found, pose):
 
 @pytest.mark.parametrize('seed', range(6))
 @pytest.mark.parametrize('key_count', [None, 10**9])
-def test_place_of_a_view_is_found_also_by_the_rounds_for_very_many_keys(
-    floor, indexed_floor, key_count, seed
-):
+def test_place_of_a_view_is_found_also_by_the_rounds_for_very_many_keys(floor, indexed_floor, key_count, seed):
     pose, _, dots = scene(floor, indexed_floor, seed, missing=0.2, spurious=8)
     search, (grid, index) = new_search_for(dots, indexed_floor), (indexed_floor.grid, indexed_floor.index)
     if key_count is None:

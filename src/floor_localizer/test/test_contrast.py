@@ -49,9 +49,7 @@ def test_measures_the_noise_under_dots_and_gradient(noise, channels):
     coverage = disc_coverage(scattered_centres(4), 7.0)
     planes = [photograph(coverage, light=light, noise=noise, seed=c) for c in range(channels)]
     pixels = np.array([[u, v] for u in (0, 60, 159) for v in (0, 60, 159)])
-    np.testing.assert_allclose(
-        noise_at(np.stack(planes, axis=2), pixels).mean(), np.hypot(noise, 12.0**-0.5), rtol=0.2
-    )
+    np.testing.assert_allclose(noise_at(np.stack(planes, axis=2), pixels).mean(), np.hypot(noise, 12.0**-0.5), rtol=0.2)
 
 
 def test_noise_is_measured_locally_and_is_never_less_than_rounding():

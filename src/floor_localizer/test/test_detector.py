@@ -145,9 +145,7 @@ def test_dark_and_light_chips_on_grey_are_found_together():
     assert errors(DETECTOR.detect(image), centres) < 0.06
 
 
-@pytest.mark.parametrize(
-    ('noise', 'floor', 'dot'), [(1.5, 160.0, 30.0), (5.0, 160.0, 30.0), (2.0, 40.0, 150.0)]
-)
+@pytest.mark.parametrize(('noise', 'floor', 'dot'), [(1.5, 160.0, 30.0), (5.0, 160.0, 30.0), (2.0, 40.0, 150.0)])
 def test_errors_are_as_large_as_their_sigmas_say(noise, floor, dot):
     normalised = []
     for seed in range(25):

@@ -17,9 +17,7 @@ from floor_localizer.core.constellation.dot_grid import (
 
 FLOORS = {
     'even': lambda rng: rng.uniform((-1.0, 2.0), (0.0, 2.5), (700, 2)),
-    'clustered': lambda rng: (
-        np.repeat(rng.uniform(0.0, 2.0, (20, 2)), 15, 0) + rng.normal(0.0, 0.01, (300, 2))
-    ),
+    'clustered': lambda rng: np.repeat(rng.uniform(0.0, 2.0, (20, 2)), 15, 0) + rng.normal(0.0, 0.01, (300, 2)),
     'one row': lambda rng: np.column_stack([rng.uniform(0.0, 1.0, 50), np.zeros(50)]),
     'one dot': lambda rng: np.array([[3.0, -4.0]]),
 }

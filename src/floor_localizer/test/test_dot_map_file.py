@@ -36,9 +36,7 @@ def test_both_formats_hold_the_same_dots(files):
 def test_both_formats_give_the_same_pose_and_the_true_one(files):
     pose = SE2(0.2, 0.15, 0.7)
     dots = see(load_dot_map(files[0]), pose, np.random.default_rng(0), noise=0.0).dots
-    from_csv, from_binary = (
-        FloorLocalizer(load_indexed_map(path), MOUNT).locate_dots(dots, CAMERA) for path in files
-    )
+    from_csv, from_binary = (FloorLocalizer(load_indexed_map(path), MOUNT).locate_dots(dots, CAMERA) for path in files)
     assert is_right(from_csv, pose, 1e-6, 1e-5)
     assert from_csv.T_map_base == from_binary.T_map_base
     np.testing.assert_array_equal(from_csv.covariance, from_binary.covariance)

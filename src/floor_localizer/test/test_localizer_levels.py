@@ -74,11 +74,7 @@ def test_floors_that_look_the_same_are_ambiguous():
 
 def test_a_missing_level_is_named_with_the_existing_ones(house, localizer):
     pose = SE2(0.3, 0.2, 0.1)
-    for place, name, named in (
-        (house, 'roof', 'ground, first'),
-        (house, '', 'ground'),
-        (localizer, 'ground', 'none'),
-    ):
+    for place, name, named in ((house, 'roof', 'ground, first'), (house, '', 'ground'), (localizer, 'ground', 'none')):
         with pytest.raises(FloorLocalizerError, match=f"no level '{name}'; it has: {named}"):
             place.to_map(pose, name)
     with pytest.raises(FloorLocalizerError, match="no level ''"):

@@ -44,9 +44,7 @@ def test_a_scheduler_without_workers_or_that_stops_is_an_error(monkeypatch):
             tasks = runner.run(time.sleep, [(0.0,), (3.0,)])
             next(tasks)
             cluster.close()
-            with pytest.raises(
-                FloorLocalizerError, match='the scheduler has stopped; start it and run the same'
-            ):
+            with pytest.raises(FloorLocalizerError, match='the scheduler has stopped; start it and run the same'):
                 next(tasks)
     with pytest.raises(FloorLocalizerError, match='does not answer'):
         task_runner(1, address).__enter__()

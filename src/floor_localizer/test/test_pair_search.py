@@ -77,9 +77,7 @@ def test_a_pose_within_reach_is_found(floor, indexed_floor, radius, turn):
 
 
 @pytest.mark.parametrize(('motion', 'pairs'), [((0.05, 0.0), 12), ((0.0, 0.5), 12), ((0.0, 0.0), 0)])
-def test_a_pose_far_off_another_heading_or_any_without_pairs_is_not_found(
-    floor, indexed_floor, motion, pairs
-):
+def test_a_pose_far_off_another_heading_or_any_without_pairs_is_not_found(floor, indexed_floor, motion, pairs):
     pose, _, dots = scene(floor, indexed_floor, 1)
     expected = SE2(pose.x, pose.y + motion[0], pose.yaw + motion[1])
     assert not near(indexed_floor, dots, expected, 0.01, 0.1, pairs)[0]

@@ -7,13 +7,7 @@ from dot_maps import random_map
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.settings import LocalizerSettings
-from floor_localizer.core.uniqueness import (
-    PlaceKind,
-    ViewSettings,
-    inspect_place,
-    inspect_places,
-    list_places,
-)
+from floor_localizer.core.uniqueness import PlaceKind, ViewSettings, inspect_place, inspect_places, list_places
 from shirube_core.geometry import SE2
 
 VIEW, SETTINGS = ViewSettings(), LocalizerSettings()

@@ -48,9 +48,7 @@ def test_a_fisheye_lens_gives_the_pose(image: np.ndarray, located_by: FloorLocal
 
 
 @pytest.mark.parametrize('binning', [1, 2])
-def test_a_part_of_the_sensor_gives_the_same_pose(
-    image: np.ndarray, located_by: FloorLocalizer, binning: int
-) -> None:
+def test_a_part_of_the_sensor_gives_the_same_pose(image: np.ndarray, located_by: FloorLocalizer, binning: int) -> None:
     x, y, width, height = 61, 37, 500, 402
     part = image[y : y + height, x : x + width]
     size = (width // binning, height // binning)

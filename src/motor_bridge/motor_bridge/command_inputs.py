@@ -59,9 +59,7 @@ class CommandInputs:
         kind = JointState if self._has_joints else TwistStamped if self._settings.stamped else Twist
         for topic in self.topics:
             take = _CallbackWithInfo(guard(topic, partial(self._take, topic)))
-            self._node.create_subscription(
-                kind, topic, take, pose_profile(), qos_overriding_options=overridable()
-            )
+            self._node.create_subscription(kind, topic, take, pose_profile(), qos_overriding_options=overridable())
 
     def _take(self, topic: str, received: tuple[Any, dict[str, int | None]]) -> None:
         message, info = received
@@ -100,9 +98,7 @@ class CommandInputs:
         names = self._settings.left_wheel_joint, self._settings.right_wheel_joint
         speeds = dict(zip(message.name, message.velocity, strict=False))
         if len(message.name) != len(message.velocity) or not speeds.keys() >= {*names}:
-            raise MotorBridgeError(
-                f'{topic} has no velocity of {names[0]} and {names[1]}; check its publisher'
-            )
+            raise MotorBridgeError(f'{topic} has no velocity of {names[0]} and {names[1]}; check its publisher')
         return check_velocity(*self._kinematics.to_velocity(*(speeds[name] for name in names)), topic)
 
     def conflict(self, topic: str) -> str:

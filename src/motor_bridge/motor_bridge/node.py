@@ -83,9 +83,7 @@ class MotorBridgeNode(ManagedNode):
         if settings.odom_frame == settings.base_frame:
             raise MotorBridgeError('odom_frame and base_frame are equal; give them different names')
         if settings.left_wheel_joint == settings.right_wheel_joint:
-            raise MotorBridgeError(
-                'left_wheel_joint and right_wheel_joint are equal; give them different names'
-            )
+            raise MotorBridgeError('left_wheel_joint and right_wheel_joint are equal; give them different names')
         DiffDriveKinematics(self.settings(DriveSettings))
 
     def configure(self) -> None:
@@ -203,9 +201,7 @@ class MotorBridgeNode(ManagedNode):
         if is_stored and self._stored_estop is None:
             take = self._guard.guard('estop', self._take_stored_estop)
             events = SubscriptionEventCallbacks(use_default_callbacks=False)
-            self._stored_estop = self.create_subscription(
-                Bool, 'estop', take, map_profile(), event_callbacks=events
-            )
+            self._stored_estop = self.create_subscription(Bool, 'estop', take, map_profile(), event_callbacks=events)
         elif not is_stored and self._stored_estop is not None:
             self.destroy_subscription(self._stored_estop)
             self._stored_estop = None

@@ -40,16 +40,12 @@ class NodeSettings:
     )
     keep_estop: bool = setting(True, 'whether an emergency stop outlives a restart, until false is received')
     state_dir: str = setting('', 'folder of the file for that; empty: $ROS_HOME/shirube or ~/.ros/shirube')
-    publish_tf: bool = setting(
-        True, 'whether odom_frame to base_frame is published on /tf, if tf2_msgs is installed'
-    )
+    publish_tf: bool = setting(True, 'whether odom_frame to base_frame is published on /tf, if tf2_msgs is installed')
     odom_frame: str = setting('odom', 'frame of odometry')
     base_frame: str = setting('base_link', 'frame of the robot, midway between its wheels')
     left_wheel_joint: str = setting('left_wheel_joint', 'name of the left wheel in joint_states')
     right_wheel_joint: str = setting('right_wheel_joint', 'name of the right wheel in joint_states')
-    gain_proportional: int = setting(
-        20, "proportional gain of the firmware's speed control", limits=(0, 1000)
-    )
+    gain_proportional: int = setting(20, "proportional gain of the firmware's speed control", limits=(0, 1000))
     gain_derivative: int = setting(12, "derivative gain of the firmware's speed control", limits=(0, 1000))
     gain_integral: int = setting(0, "integral gain of the firmware's speed control", limits=(0, 1000))
     gain_divisor: int = setting(50, "divisor of the firmware's speed control output", limits=(1, 1000))

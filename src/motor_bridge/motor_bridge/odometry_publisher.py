@@ -38,12 +38,7 @@ class OdometryPublisher:
         self._odometry.publish(message)
         names = [self._settings.left_wheel_joint, self._settings.right_wheel_joint]
         self._joints.publish(
-            JointState(
-                header=Header(stamp=stamp),
-                name=names,
-                position=list(state.angles),
-                velocity=list(state.speeds),
-            )
+            JointState(header=Header(stamp=stamp), name=names, position=list(state.angles), velocity=list(state.speeds))
         )
         if self._transforms is not None:
             self._transforms.publish(stamp, header.frame_id, message.child_frame_id, message.pose.pose)

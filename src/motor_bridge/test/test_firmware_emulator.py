@@ -18,9 +18,7 @@ EMULATOR = [sys.executable, '-m', 'motor_bridge.commands.firmware_emulator']
 @contextmanager
 def emulator(*options: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
     pipe = subprocess.PIPE
-    program = subprocess.Popen(
-        [*EMULATOR, *options], stdin=pipe, stdout=pipe, text=True, start_new_session=True
-    )
+    program = subprocess.Popen([*EMULATOR, *options], stdin=pipe, stdout=pipe, text=True, start_new_session=True)
     assert program.stdout is not None
     try:
         yield program, program.stdout.readline().strip()

@@ -84,9 +84,7 @@ SETUP = ControllerSetup(57600, (20, 12, 0, 50), 0.25)
         ('motor_controller', 0.8, 2.0),
     ],
 )
-def test_checksums_and_a_short_auto_stop_are_used_where_the_firmware_has_them(
-    firmware, slowest_reply, auto_stop
-):
+def test_checksums_and_a_short_auto_stop_are_used_where_the_firmware_has_them(firmware, slowest_reply, auto_stop):
     line = EmulatedLine(firmware, slowest_reply)
     link = RosArduinoBridge(line, SETUP)
     for _ in range(2):  # it may still be in use with checksums

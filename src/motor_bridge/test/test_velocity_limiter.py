@@ -13,8 +13,7 @@ SETTINGS = DriveSettings()
 LIMITS = (
     np.array([SETTINGS.max_linear_velocity, SETTINGS.max_angular_velocity]),
     np.array([SETTINGS.max_linear_acceleration, SETTINGS.max_angular_acceleration]),
-    SETTINGS.max_linear_jerk
-    * np.array([1.0, SETTINGS.max_angular_acceleration / SETTINGS.max_linear_acceleration]),
+    SETTINGS.max_linear_jerk * np.array([1.0, SETTINGS.max_angular_acceleration / SETTINGS.max_linear_acceleration]),
 )
 
 

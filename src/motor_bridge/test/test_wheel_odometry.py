@@ -67,9 +67,7 @@ def test_velocities_and_their_covariance():
     odometry, rng, tick = WheelOdometry(B, 0.01), np.random.default_rng(3), 1e-3
     samples = []
     for _ in range(4000):
-        ways = (
-            0.05 + 0.01 * math.sqrt(0.05) * rng.normal(size=2) + rng.uniform(-0.5, 0.5, (2, 2)).sum(0) * tick
-        )
+        ways = 0.05 + 0.01 * math.sqrt(0.05) * rng.normal(size=2) + rng.uniform(-0.5, 0.5, (2, 2)).sum(0) * tick
         seen = velocity_from_distances(*ways, 0.1, B)
         samples.append((seen.forward, seen.turn_rate))
     said = odometry.velocity_covariance(0.05, 0.05, 0.1, tick)

@@ -80,18 +80,13 @@ class ArbiterInput:
         """
         self._arbiter, self._now = arbiter, now
         self._map_frame, self._odom_frame = frames.map_frame, frames.odom_frame
-        self._own_frames, self._frames = (
-            (frames.odom_frame, frames.base_frame),
-            Frames(node, frames.base_frame),
-        )
+        self._own_frames, self._frames = ((frames.odom_frame, frames.base_frame), Frames(node, frames.base_frame))
         self.twist: Any = None  # twist of the latest odometry message
         for index, (name, source) in enumerate(sources.items()):
             kind = PoseWithCovarianceStamped if source.with_covariance else PoseStamped
             callback = partial(self._on_pose, index, name, source)
             node.subscribe(kind, source.topic, callback, pose_profile(), Need.EXPECTED, name=name)
-        node.subscribe(
-            Odometry, ODOMETRY, self._on_odometry, odometry_profile(), Need.EXPECTED, name=ODOMETRY
-        )
+        node.subscribe(Odometry, ODOMETRY, self._on_odometry, odometry_profile(), Need.EXPECTED, name=ODOMETRY)
         set_pose = self._on_initial_pose
         node.subscribe(PoseWithCovarianceStamped, INITIAL_POSE, set_pose, pose_profile(), Need.REQUEST)
 
@@ -106,17 +101,14 @@ class ArbiterInput:
             pose, covariance = self._frames.pose_with_covariance_to(source.frame, message, name, refusal)
             noise = _covariance_tuple(covariance)
         else:
-            pose = self._frames.pose_to(
-                source.frame, message.header, planar_pose(message.pose, name), refusal
-            )
+            pose = self._frames.pose_to(source.frame, message.header, planar_pose(message.pose, name), refusal)
         stamp = _nanoseconds(message)
         _raise_if_rejected(name, self._arbiter.add_pose(index, stamp, pose, noise, self._time()))
 
     def _on_odometry(self, message: Odometry) -> None:
         if message.header.frame_id not in ('', self._odom_frame):
             raise MessageError(
-                f'odometry has frame_id {message.header.frame_id!r}, expected '
-                f'{self._odom_frame!r}; set odom_frame'
+                f'odometry has frame_id {message.header.frame_id!r}, expected {self._odom_frame!r}; set odom_frame'
             )
         stamp = _nanoseconds(message)
         pose = planar_pose(message.pose.pose, ODOMETRY)

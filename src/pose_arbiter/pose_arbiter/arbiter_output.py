@@ -12,12 +12,7 @@ from std_msgs.msg import Header
 from pose_arbiter.core.kalman_filter import Estimate, as_matrix
 from pose_arbiter.node_settings import NodeSettings
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import (
-    odometry_message,
-    pose_message,
-    pose_stamped,
-    pose_with_covariance_stamped,
-)
+from shirube_ros.pose_conversion import odometry_message, pose_message, pose_stamped, pose_with_covariance_stamped
 from shirube_ros.quality_of_service import pose_profile
 from shirube_ros.transform_publisher import TransformPublisher
 

@@ -78,9 +78,7 @@ class PoseArbiterNode(ManagedNode):
         sources, helped = self._source_settings(), settings.initialpose_for
         reject_shared_topics(self, sources)
         if helped and helped not in sources:
-            raise SettingsError(
-                f'setting initialpose_for is {helped!r}, it must be one of {", ".join(sources)}'
-            )
+            raise SettingsError(f'setting initialpose_for is {helped!r}, it must be one of {", ".join(sources)}')
 
     def _source_settings(self) -> dict[str, SourceSettings]:
         return fill_defaults(self.settings(self._source_class), self.settings(NodeSettings).map_frame)

@@ -16,6 +16,5 @@ class NodeSettings:
     publish_tf: bool = setting(True, 'publish map_frame to odom_frame on /tf, if tf2_msgs is installed')
     transform_tolerance: float = setting(0.1, 'time by which /tf is stamped into the future', 's', (0.0, 5.0))
     initialpose_for: str = setting(
-        '',
-        'source that gets the pose on ~/initialpose when it is silent and others support the pose; empty: none',
+        '', 'source that gets the pose on ~/initialpose when it is silent and others support the pose; empty: none'
     )

@@ -36,9 +36,7 @@ def declare_sources(node: ManagedNode) -> type:
     """
     names = _declare_names(node)
     groups = make_dataclass(
-        'SourceGroups',
-        [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
-        frozen=True,
+        'SourceGroups', [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names], frozen=True
     )
     node.declare(groups)
     return groups
@@ -52,9 +50,7 @@ def _declare_names(node: Node) -> list[str]:
     )
     value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
     if not isinstance(value, (list, tuple)) or not all(isinstance(name, str) for name in value) or not value:
-        raise SettingsError(
-            f'setting {_PARAMETER} is {value!r}, it must be a list of names, such as [floor, lamps]'
-        )
+        raise SettingsError(f'setting {_PARAMETER} is {value!r}, it must be a list of names, such as [floor, lamps]')
     names = [str(name) for name in value]
     for name in names:
         if not re.fullmatch(r'[a-z][a-z0-9_]*', name) or iskeyword(name):

@@ -33,9 +33,7 @@ class Robot:
             'odom': (Odometry, 'odom'),
             'initialpose': (PoseWithCovarianceStamped, 'initialpose'),
         }
-        self._publishers = {
-            name: self.robot.create_publisher(kind, topic, 10) for name, (kind, topic) in kinds.items()
-        }
+        self._publishers = {name: self.robot.create_publisher(kind, topic, 10) for name, (kind, topic) in kinds.items()}
         self.poses, self.odometry, self.reports = [], [], []
         listen = self.robot.create_subscription
         listen(PoseStamped, '/pose_arbiter/pose', self.poses.append, 100)
@@ -92,9 +90,7 @@ class Robot:
             for source, publish in ((a, self.publish_a), (b, self.publish_b)):
                 if source:
                     publish(source(self.pose) if callable(source) else None)
-        self._graph.spin_until(
-            lambda: bool(self.poses) and seconds_of(self.poses[-1]) > self.now - 0.025, 5.0
-        )
+        self._graph.spin_until(lambda: bool(self.poses) and seconds_of(self.poses[-1]) > self.now - 0.025, 5.0)
 
     def refusals(self, name):
         return list(self.node._guard.counts[name].rejected)

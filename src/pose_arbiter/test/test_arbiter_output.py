@@ -7,9 +7,7 @@ PERIOD = 20_000_000
 
 def test_late_calls_catch_up():
     schedule = TickSchedule(50.0)
-    ticks = [
-        t for now in (1_000_000_001, 1_019_999_999, 1_020_000_000, 1_110_000_000) for t in schedule.due(now)
-    ]
+    ticks = [t for now in (1_000_000_001, 1_019_999_999, 1_020_000_000, 1_110_000_000) for t in schedule.due(now)]
     assert ticks == [PERIOD * k for k in range(50, 56)]
 
 

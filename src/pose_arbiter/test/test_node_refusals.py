@@ -71,9 +71,7 @@ def test_after_a_clock_jump_the_filter_restarts_and_warns_once(graph, capfd):
 def test_what_comes_before_simulated_time_has_begun_is_refused_and_harms_nothing(graph):
     robot = Robot(graph, clock=False)
     robot.publish_a(ago=-1e9)
-    assert robot.refusals('a') == [
-        'simulated time has not started; publish /clock, or set use_sim_time to false'
-    ]
+    assert robot.refusals('a') == ['simulated time has not started; publish /clock, or set use_sim_time to false']
     robot.tick(0.0)
     robot.drive(1.0)
     assert robot.poses[-1].pose.position.x == pytest.approx(robot.pose.x, abs=0.02)

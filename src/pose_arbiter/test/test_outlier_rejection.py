@@ -48,9 +48,7 @@ def run(seconds, sources, **settings):
 def status_at(arbiter, seconds, count, **limits):
     stamp = BEGIN + round(seconds * SECOND)
     sources = (SourceSettings(),) * count
-    return localization_status(
-        arbiter.state_at(stamp), arbiter.estimate_at(stamp), sources, ArbiterSettings(**limits)
-    )
+    return localization_status(arbiter.state_at(stamp), arbiter.estimate_at(stamp), sources, ArbiterSettings(**limits))
 
 
 def test_with_several_sources_the_first_one_waits_in_vain_for_a_second_opinion_only_for_a_while():

@@ -4,17 +4,7 @@ import math
 import random
 
 import pytest
-from short_drive import (
-    BEGIN,
-    ODOMETRY,
-    SECOND,
-    add_messages,
-    messages,
-    new_arbiter,
-    noisy,
-    numbers,
-    true_pose,
-)
+from short_drive import BEGIN, ODOMETRY, SECOND, add_messages, messages, new_arbiter, noisy, numbers, true_pose
 
 from pose_arbiter.core.arbiter import OPERATOR
 from pose_arbiter.core.kalman_filter import diagonal
@@ -51,9 +41,7 @@ def arbiter():
 
 
 @pytest.mark.parametrize('source', [0, OPERATOR, ODOMETRY])
-@pytest.mark.parametrize(
-    ('stamp', 'pose', 'noise', 'reason'), [*BAD, (NOW, GOOD, FINE, RejectReason.DUPLICATE)]
-)
+@pytest.mark.parametrize(('stamp', 'pose', 'noise', 'reason'), [*BAD, (NOW, GOOD, FINE, RejectReason.DUPLICATE)])
 def test_a_bad_message_is_refused_and_changes_nothing(arbiter, source, stamp, pose, noise, reason):
     before, counts = numbers(arbiter.estimate_at(NOW)), arbiter.counts()
     if source == ODOMETRY:

@@ -64,10 +64,7 @@ class CollisionMonitorNode(ManagedNode):
 
     def configure(self) -> None:
         """Compile the kernels and subscribe."""
-        self._settings, self._limits = (
-            self.settings(MonitorNodeSettings),
-            self.settings(CollisionMonitorSettings),
-        )
+        self._settings, self._limits = (self.settings(MonitorNodeSettings), self.settings(CollisionMonitorSettings))
         sources = self._source_settings()
         self._monitor = CollisionMonitor(self._limits, sources)
         self.get_logger().info('compiling numba kernels (first start only)')
@@ -101,9 +98,7 @@ class CollisionMonitorNode(ManagedNode):
         if abs(now - sent) > self._limits.command_timeout:
             self._monitor.refuse_command('cmd_vel_in has an old or future stamp; synchronize the clocks')
         if twist.linear.y != 0.0:
-            self._monitor.refuse_command(
-                'cmd_vel_in moves sideways, which is not supported; set linear.y to 0'
-            )
+            self._monitor.refuse_command('cmd_vel_in moves sideways, which is not supported; set linear.y to 0')
         self._monitor.add_command(min(now, sent), twist.linear.x, twist.angular.z)
         self._run()
 

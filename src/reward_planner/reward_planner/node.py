@@ -75,14 +75,7 @@ class RewardPlannerNode(ManagedNode):
     installed, the node also serves Nav2's actions ``compute_path_to_pose``, ``navigate_to_pose`` and ``follow_path``.
     """
 
-    SETTINGS = (
-        NodeSettings,
-        VoxelSettings,
-        MappingSettings,
-        PlannerSettings,
-        RewardSettings,
-        DrivingSettings,
-    )
+    SETTINGS = (NodeSettings, VoxelSettings, MappingSettings, PlannerSettings, RewardSettings, DrivingSettings)
     ERRORS = (RewardPlannerError,)
 
     def __init__(self, **options: Any) -> None:
@@ -195,8 +188,7 @@ class RewardPlannerNode(ManagedNode):
         status = self._navigator.add_pose(self._stamps.check(message.header, 'pose'), pose)
         if status is PoseStatus.JUMPED:
             self.get_logger().warning(
-                'the pose jumped; the robot stops until its poses are consistent again',
-                throttle_duration_sec=1.0,
+                'the pose jumped; the robot stops until its poses are consistent again', throttle_duration_sec=1.0
             )
         elif status is PoseStatus.RELOCATED:
             self.get_logger().warning(f'poses are consistent again, at x {pose.x:.2f} m, y {pose.y:.2f} m')
@@ -211,9 +203,7 @@ class RewardPlannerNode(ManagedNode):
 
     def _in_map(self, message: PoseStamped, topic: str, *, is_latest_valid: bool = True) -> SE2:
         header, map_frame = message.header, self._settings.map_frame
-        refusal = (
-            f'{topic} is in the frame {header.frame_id!r}, map_frame is {map_frame!r}; make them the same'
-        )
+        refusal = f'{topic} is in the frame {header.frame_id!r}, map_frame is {map_frame!r}; make them the same'
         pose = planar_pose(message.pose, topic)
         return self._frames.pose_to(map_frame, header, pose, refusal, is_latest_valid=is_latest_valid)
 

@@ -38,12 +38,7 @@ class Robot:
         self._graph = graph
         self.now = 100.0
         self.body = SimulatedRobot(START, MotorLimits(1.0, 6.0))
-        parameters = {
-            'use_sim_time': True,
-            'planning_thread': False,
-            'resolution': 0.1,
-            'range_max': 4.0,
-        } | parameters
+        parameters = {'use_sim_time': True, 'planning_thread': False, 'resolution': 0.1, 'range_max': 4.0} | parameters
         self.node = graph.add(RewardPlannerNode, **parameters)
         self.robot = graph.add(lambda **options: Node('robot', **options))
         self._clock = self.robot.create_publisher(Clock, '/clock', 10)

@@ -99,7 +99,4 @@ def test_errors_are_reported_by_line_and_code():
 
 def test_without_nav2_there_is_no_action(graph):
     node = graph.add(lambda **options: Node('host', **options))
-    assert (
-        create_compute_path_server(node, CallbackGuard(node), in_map, navigator().route_between, run_at_once)
-        is None
-    )
+    assert create_compute_path_server(node, CallbackGuard(node), in_map, navigator().route_between, run_at_once) is None

@@ -56,9 +56,7 @@ def edge_costs(costs, multiplier: float) -> csr_array:
             if max(costs[to], costs[row, to[1]], costs[to[0], column]) <= COST_MAX:
                 step = DIAGONAL if down and right else STRAIGHT
                 both = int(costs[row, column]) + int(costs[to])
-                edges.append(
-                    (row * columns + column, to[0] * columns + to[1], step + (step * weight * both >> 20))
-                )
+                edges.append((row * columns + column, to[0] * columns + to[1], step + (step * weight * both >> 20)))
     begins, ends, steps = np.array(edges or [(0, 0, 0)]).T
     indices = begins.astype(np.int32), ends.astype(np.int32)  # scipy 1.11 knows no others
     return csr_array((steps.astype(float), indices), (costs.size, costs.size))

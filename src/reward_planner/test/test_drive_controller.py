@@ -67,9 +67,7 @@ def test_the_way_is_hardly_longer_than_it_must_be_and_the_route_is_kept():
     drive.run(120.0)
     around = 2.0 * math.hypot(3.0, 3.8)
     assert drive.way() < 1.3 * around
-    assert (
-        min(drive.room) > 0.2
-    )  # costs keep the route off the door's edge, and the lookahead point the line to it
+    assert min(drive.room) > 0.2  # costs keep the route off the door's edge, and the lookahead point the line to it
     assert drive.controller.replanner.replan_count < 25
 
 
@@ -154,10 +152,7 @@ def test_a_goal_behind_walls_is_reported_unreachable_and_the_robot_stops():
 def test_a_goal_in_a_known_obstacle_too_far_away_or_not_finite_does_not_move_the_robot():
     drive = GridDrive(wall_with_door(), SE2(4.0, 3.0, 0.0))
     drive.tick()
-    for x, y, reason in (
-        (5.1, 3.0, 'the goal is in an obstacle or too near to one'),
-        (1e6, 1e6, 'give a nearer goal'),
-    ):
+    for x, y, reason in ((5.1, 3.0, 'the goal is in an obstacle or too near to one'), (1e6, 1e6, 'give a nearer goal')):
         drive.controller.set_goal(goal_at(x, y))
         last = drive.run(1.0)
         assert last.state is DriveState.UNREACHABLE

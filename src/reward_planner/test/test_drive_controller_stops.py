@@ -11,9 +11,7 @@ from reward_planner.core.driving.velocity_smoother import Velocity
 from shirube_core.geometry import SE2
 
 
-@pytest.mark.parametrize(
-    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)]
-)
+@pytest.mark.parametrize(('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)])
 def test_without_poses_or_frames_the_robot_stops_and_goes_on_with_them(sense, state):
     drive = hall_drive(9.0, 4.0)
     setattr(drive, sense, False)
@@ -121,9 +119,7 @@ def test_the_robot_turns_for_a_lamp_once_it_is_stopped():
     assert max(spins) < 0.02
 
 
-@pytest.mark.parametrize(
-    ('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)]
-)
+@pytest.mark.parametrize(('sense', 'state'), [('senses_pose', DriveState.LOST), ('senses_map', DriveState.MAP_STALE)])
 def test_stamps_in_the_future_are_not_accepted_for_ever(sense, state):
     drive = hall_drive(8.0, 2.0)
     setattr(drive, sense, False)

@@ -4,13 +4,7 @@ import numpy as np
 import pytest
 from slow_voxels import voxels_on_segment
 
-from reward_planner.core.voxels.frame_kernels import (
-    HIT,
-    TRAVERSED,
-    count_points,
-    mark_traversed,
-    mark_traversed_exits,
-)
+from reward_planner.core.voxels.frame_kernels import HIT, TRAVERSED, count_points, mark_traversed, mark_traversed_exits
 
 RANGES = (0.3, 3.0)
 SHAPE = (64, 64, 12)

@@ -16,15 +16,11 @@ from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 
-SETTINGS = VoxelSettings(
-    resolution=0.125, height_min=0.125, height_max=1.125, range_max=3.0, hit_fraction_min=0.1
-)
+SETTINGS = VoxelSettings(resolution=0.125, height_min=0.125, height_max=1.125, range_max=3.0, hit_fraction_min=0.1)
 CAMERA = PinholeCamera(80, 60, 66.0, 66.0, 39.5, 29.5)
 # Not round numbers: where a ray meets an edge of voxels, both neighbours would be right.
 PLACES = [(0.3141, 0.1271, 0.6236, 0.2), (-0.4173, 0.9197, 0.4129, -0.9), (3.1411, -1.2183, 0.9047, 2.3)]
-ROOM = BoxRoom(
-    (-1.0, -2.0, 0.0, 4.5, 2.0, 2.5), ((1.2, -0.6, 0.0, 1.7, 0.1, 0.7), (2.0, 0.4, 0.8, 2.6, 1.0, 0.9))
-)
+ROOM = BoxRoom((-1.0, -2.0, 0.0, 4.5, 2.0, 2.5), ((1.2, -0.6, 0.0, 1.7, 0.1, 0.7), (2.0, 0.4, 0.8, 2.6, 1.0, 0.9)))
 
 
 def seen(x=0.3, y=0.1, height=0.6, yaw=0.2):
@@ -49,9 +45,7 @@ def slow_frame(points, view, settings):
             open_ends[voxel_of(place, s, bottom)] += 1
     axis = view.T_map_sensor[:3, 2]
     depth = {v: axis @ (centre_of(v, s, bottom) - origin) for v in hits}
-    firm = {
-        v for v, n in hits.items() if n >= settings.hit_fraction_min * (view.focal_length * s / depth[v]) ** 2
-    }
+    firm = {v for v, n in hits.items() if n >= settings.hit_fraction_min * (view.focal_length * s / depth[v]) ** 2}
     wide = {v for v, n in open_ends.items() if n >= 2}
     traversed = set(wide)
     for end in firm | wide:

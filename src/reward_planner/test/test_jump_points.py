@@ -46,9 +46,7 @@ def test_straight_jumps_end_where_a_walk_does() -> None:
         for turn in (-1, 1):
             along_row, along_column = walk(row, column, 0, turn), walk(row, column, turn, 0)
             assert jump_along_row(GRID, row, column, turn, *GOAL) == (along_row[1] if along_row else -1)
-            assert jump_along_column(GRID, row, column, turn, *GOAL) == (
-                along_column[0] if along_column else -1
-            )
+            assert jump_along_column(GRID, row, column, turn, *GOAL) == (along_column[0] if along_column else -1)
 
 
 @pytest.mark.parametrize('turns', [(1, 1), (1, -1), (-1, 1), (-1, -1)])

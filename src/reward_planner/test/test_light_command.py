@@ -5,12 +5,7 @@ import math
 
 import pytest
 
-from reward_planner.core.driving.light_command import (
-    OPERATIONS,
-    LightCommand,
-    LightCommandState,
-    parse_light_command,
-)
+from reward_planner.core.driving.light_command import OPERATIONS, LightCommand, LightCommandState, parse_light_command
 from reward_planner.core.reward_planner_error import DrivingError
 
 

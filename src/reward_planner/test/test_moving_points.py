@@ -29,9 +29,7 @@ def points_at(solids, pose):
     cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
     turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
     origin = turn @ MOUNT.xyz + (pose.x, pose.y, 0.0)
-    return (RAYS * cast_rays(ROOM, solids, origin, RAYS @ (turn @ MOUNT.rotation).T)[:, None]).astype(
-        np.float32
-    )
+    return (RAYS * cast_rays(ROOM, solids, origin, RAYS @ (turn @ MOUNT.rotation).T)[:, None]).astype(np.float32)
 
 
 class Drive:
@@ -61,8 +59,7 @@ ASIDE, AHEAD = SE2(3.0, -1.6, 0.5 * math.pi), SE2(4.8, -0.4, math.pi)
 
 @pytest.mark.parametrize('speed', [0.0, 0.3])
 @pytest.mark.parametrize(
-    ('start', 'kind'),
-    [(ASIDE, 'person'), (ASIDE, 'legs'), (AHEAD, 'person'), (AHEAD, 'legs'), (AHEAD, 'trolley')],
+    ('start', 'kind'), [(ASIDE, 'person'), (ASIDE, 'legs'), (AHEAD, 'person'), (AHEAD, 'legs'), (AHEAD, 'trolley')]
 )
 def test_a_walker_is_known_with_his_velocity_and_leaves_nothing_in_the_map(start, kind, speed):
     drive, walker, true = Drive(speed), Walker(kind, start, 1.0), (math.cos(start.yaw), math.sin(start.yaw))

@@ -95,9 +95,7 @@ def test_a_goal_is_reached_with_feedback(graph, servers):
     assert distances[-1] < 0.2
     last = handle.feedback[-1]
     assert last.navigation_time.sec >= 1
-    estimates = [
-        each.estimated_time_remaining for each in handle.feedback if hasattr(each, 'estimated_time_remaining')
-    ]
+    estimates = [each.estimated_time_remaining for each in handle.feedback if hasattr(each, 'estimated_time_remaining')]
     assert 1 <= max(estimate.sec for estimate in estimates[5:]) < 10
     assert last.current_pose.pose.position.x == pytest.approx(0.9, abs=0.15)
     assert last.current_pose.header.frame_id == 'map'

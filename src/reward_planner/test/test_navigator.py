@@ -74,8 +74,7 @@ class RoomDrive:
         x, y = self.pose.x, self.pose.y
         gaps = [x - SIZE[0], y - SIZE[1], SIZE[3] - x, SIZE[4] - y]
         gaps += [
-            math.hypot(max(x0 - x, 0.0, x - x1), max(y0 - y, 0.0, y - y1))
-            for x0, y0, _, x1, y1, _ in self.room.boxes
+            math.hypot(max(x0 - x, 0.0, x - x1), max(y0 - y, 0.0, y - y1)) for x0, y0, _, x1, y1, _ in self.room.boxes
         ]
         return min(gaps) - RADIUS
 

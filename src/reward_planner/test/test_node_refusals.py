@@ -53,11 +53,7 @@ def test_a_bad_message_is_refused_with_one_line(graph):
     [
         (SE2(2.5, 0.0, 0.0), 'odom', "goal_pose is in the frame 'odom', map_frame is 'map'"),
         (SE2(math.nan, 0.0, 0.0), 'map', 'goal_pose holds a pose that is not finite'),
-        (
-            SE2(30.0, 0.0, 0.0),
-            'map',
-            'the goal at x 30.00 m, y 0.00 m is outside of the map, which extends from',
-        ),
+        (SE2(30.0, 0.0, 0.0), 'map', 'the goal at x 30.00 m, y 0.00 m is outside of the map, which extends from'),
     ],
 )
 def test_a_refused_goal_does_not_cancel_the_current_one(graph, tmp_path, goal, frame, words):
@@ -167,10 +163,7 @@ def test_a_pose_that_is_not_of_now_does_not_stop_the_robot(graph):
         ({'map_file': '/no/such/map.yaml'}, '/no/such/map.yaml: cannot be read'),
         ({'save_file': 'hall.pgm'}, 'hall.pgm: is not a name for the YAML file of a map'),
         ({'height_min': 2.0}, 'height_min is 2, it must be lower'),
-        (
-            {'footprint': [0.1, 0.1, 0.5, 0.1, 0.5, 0.4]},
-            'footprint does not contain the origin of base_frame',
-        ),
+        ({'footprint': [0.1, 0.1, 0.5, 0.1, 0.5, 0.4]}, 'footprint does not contain the origin of base_frame'),
         ({'log_odds_occupied': 4.0}, 'log_odds_occupied is 4, it may not be more; log_odds_max is 3.5'),
         ({'recovery': 'wait dance'}, "recovery is 'wait dance'; give names of look_around, wait"),
         ({'source': 'trinocular', 'depth.block': 4}, 'disparities is 64 and block 4'),

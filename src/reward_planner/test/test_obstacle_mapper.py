@@ -21,8 +21,7 @@ from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 CAMERA = PinholeCamera(160, 120, 131.0, 131.0, 79.5, 59.5)
 MOUNT = CameraMount((0.1, 0.02, 0.5), (-math.pi / 2.0, 0.0, -math.pi / 2.0))
 ROOM = BoxRoom(
-    (-3.03, -2.52, 0.0, 3.04, 2.53, 2.5),
-    ((0.52, -0.51, 0.0, 1.03, 0.52, 0.8), (-1.98, 1.72, 0.32, -1.03, 2.4, 0.78)),
+    (-3.03, -2.52, 0.0, 3.04, 2.53, 2.5), ((0.52, -0.51, 0.0, 1.03, 0.52, 0.8), (-1.98, 1.72, 0.32, -1.03, 2.4, 0.78))
 )
 SETTINGS = VoxelSettings(resolution=0.1, range_max=3.0)
 
@@ -114,8 +113,7 @@ LOW_BOX = (2.2, -0.3, 0.0, 2.6, 0.3, 0.25)
 
 
 @pytest.mark.parametrize(
-    ('x', 'boxes', 'frames', 'found'),
-    [(1.3, (), 30, FREE), *[(2.2, (LOW_BOX,), n, OCCUPIED) for n in (1, 3, 30)]],
+    ('x', 'boxes', 'frames', 'found'), [(1.3, (), 30, FREE), *[(2.2, (LOW_BOX,), n, OCCUPIED) for n in (1, 3, 30)]]
 )
 def test_a_known_box_stays_when_rays_pass_over_it_and_is_found_free_when_it_is_gone(x, boxes, frames, found):
     mapper = ObstacleMapper(MOUNT, SETTINGS, MappingSettings())

@@ -59,9 +59,7 @@ def test_a_point_that_is_not_finite_is_refused(value: float) -> None:
         ((0.0, 0.0, 1.0, 1, -1), 'cells'),
     ],
 )
-def test_a_grid_that_cannot_be_is_refused(
-    changes: tuple[float, float, float, int, int], message: str
-) -> None:
+def test_a_grid_that_cannot_be_is_refused(changes: tuple[float, float, float, int, int], message: str) -> None:
     with pytest.raises(RewardPlannerError, match=message):
         GridFrame(*changes)
 

@@ -50,9 +50,7 @@ def test_a_map_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 def test_the_first_line_of_the_image_is_the_highest_row_and_dark_is_occupied(tmp_path: Path) -> None:
     (tmp_path / 'a.pgm').write_bytes(b'P5\n# made by hand\n2 2\n255\n' + bytes([0, 254, 205, 254]))
-    fields = (
-        'image: a.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\noccupied_thresh: 0.65\nfree_thresh: 0.196'
-    )
+    fields = 'image: a.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\noccupied_thresh: 0.65\nfree_thresh: 0.196'
     (tmp_path / 'a.yaml').write_text(fields)
     assert load_occupancy_map(tmp_path / 'a.yaml').occupancy.tolist() == [[-1, 0], [100, 0]]
     change(tmp_path / 'a.yaml', negate=1)
@@ -88,9 +86,7 @@ def test_grey_values_become_cells_as_in_nav2(tmp_path: Path, fields: dict, cells
     assert load_occupancy_map(path).occupancy.tolist() == [cells]
 
 
-@pytest.mark.parametrize(
-    ('mode', 'cells'), [('trinary', [0, -1, -1]), ('scale', [0, -1, -1]), ('raw', [-1, 0, 50])]
-)
+@pytest.mark.parametrize(('mode', 'cells'), [('trinary', [0, -1, -1]), ('scale', [0, -1, -1]), ('raw', [-1, 0, 50])])
 def test_pixels_that_are_not_opaque_are_unknown(tmp_path: Path, mode: str, cells: list[int]) -> None:
     pixels = [[[255, 255, 255, 255], [0, 0, 0, 0], [50, 50, 50, 254]]]
     assert load_occupancy_map(write_map(tmp_path, pixels, mode=mode)).occupancy.tolist() == [cells]

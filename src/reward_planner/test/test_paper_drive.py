@@ -41,10 +41,7 @@ class PaperDrive(RoomDrive):
         self.depth = TrinocularDepth(*pairs, DepthSettings(disparities=32, fusion='union'))
 
     def points(self):
-        images = (
-            render_picture(self.room, RIG.camera, view, 1.0, self.rng)
-            for view in RIG.views(self.pose).values()
-        )
+        images = (render_picture(self.room, RIG.camera, view, 1.0, self.rng) for view in RIG.views(self.pose).values())
         return points_from_depth_image(self.depth.compute(*images).depth, RIG.camera)
 
 
@@ -63,9 +60,7 @@ def test_three_cameras_and_the_reward_rule_lead_to_the_goal():
     assert drive.gap > 0.0
     assert way < 9.0
     frame, cells = drive.navigator.mapper.map.occupancy()
-    solid = drive.room.solid_cells(
-        (frame.origin_x, frame.origin_y), frame.resolution, frame.shape, (0.1, 1.2)
-    )
+    solid = drive.room.solid_cells((frame.origin_x, frame.origin_y), frame.resolution, frame.shape, (0.1, 1.2))
     assert (solid & (cells == FREE)).sum() < 0.02 * (cells == FREE).sum()
     assert (cells == OCCUPIED).sum() > 50
 

@@ -43,9 +43,7 @@ def test_what_is_not_in_the_detection_range_stays_unknown() -> None:
 @pytest.mark.parametrize(('frames_with_phantom', 'is_obstacle'), [(1, False), (10, True)])
 def test_an_obstacle_is_one_of_the_mean_over_the_frames(frames_with_phantom: int, is_obstacle: bool) -> None:
     """A phantom with the highest count of its frame has V = 1 there, a tenth as the mean over ten."""
-    mapper = ObstacleMapper(
-        MOUNT, VoxelSettings('count', 0.1, range_max=3.0, value_min=0.2), MappingSettings()
-    )
+    mapper = ObstacleMapper(MOUNT, VoxelSettings('count', 0.1, range_max=3.0, value_min=0.2), MappingSettings())
     phantom = np.tile(np.float32([0.0, 0.0, 1.0]), (3000, 1))
     for k in range(10):
         points = points_at(AHEAD)

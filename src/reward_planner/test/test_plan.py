@@ -28,9 +28,7 @@ def plan(room: Path, start: str, goal: str, *options: str) -> int:
 
 
 @pytest.mark.parametrize('mode', [['--mode', 'optimal'], ['--mode', 'reward', '--visits', 'counted']])
-def test_the_route_goes_around_the_wall_in_metres(
-    room: Path, tmp_path: Path, mode: list[str], capsys
-) -> None:
+def test_the_route_goes_around_the_wall_in_metres(room: Path, tmp_path: Path, mode: list[str], capsys) -> None:
     csv, png = tmp_path / 'route.csv', tmp_path / 'route.png'
     assert plan(room, '0.04 -1.0', '4.0 -1.0', *mode, '--csv', str(csv), '--png', str(png)) == 0
     points = np.loadtxt(csv, delimiter=',', skiprows=1)
@@ -75,9 +73,7 @@ def test_the_picture_has_north_up(room: Path, tmp_path: Path) -> None:
     assert wall[10 * scale :].all()
 
 
-def test_the_route_keeps_distance_unless_the_shortest_is_asked_for(
-    room: Path, tmp_path: Path, capsys
-) -> None:
+def test_the_route_keeps_distance_unless_the_shortest_is_asked_for(room: Path, tmp_path: Path, capsys) -> None:
     lengths, gaps = [], []
     for options in (['--cost-scaling-factor', '0'], []):
         csv = tmp_path / 'route.csv'

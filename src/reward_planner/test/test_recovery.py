@@ -43,9 +43,7 @@ def test_every_behavior_runs_once_in_its_order_before_the_robot_gives_up_with_th
     drive = blocked_drive(DrivingSettings(recovery='replan, wait look_around back_up', recovery_wait=2.0))
     last = drive.run(60.0, until=(DriveState.UNREACHABLE,))
     assert behaviors(drive) == ['stopping', 'replan', 'wait', 'look around', 'back up']
-    assert last.detail == (
-        'no path to the goal: obstacles block every path; tried replan, wait, look_around, back_up'
-    )
+    assert last.detail == ('no path to the goal: obstacles block every path; tried replan, wait, look_around, back_up')
     turned = sum(
         a.yaw_to(b)
         for a, b, done in zip(drive.poses, drive.poses[1:], drive.drives, strict=False)
@@ -120,9 +118,7 @@ def test_a_robot_with_a_wall_behind_does_not_back_up():
     drive.walls[24:36, 50:54] = True
     drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.sense()
-    drive.global_map.write(
-        LocalMap(drive.frame, (100 * drive.walls).astype(np.int8), np.ones_like(drive.walls))
-    )
+    drive.global_map.write(LocalMap(drive.frame, (100 * drive.walls).astype(np.int8), np.ones_like(drive.walls)))
     last = drive.run(20.0, until=(DriveState.UNREACHABLE,))
     assert last.detail.endswith('; tried back_up (not possible)')
     assert drive.way() < 1e-6

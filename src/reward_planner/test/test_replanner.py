@@ -187,12 +187,7 @@ def assert_footprint_is_free(floor, corners):
 
 def test_why_there_is_no_route_is_reported_and_a_new_path_is_taken():
     floor = Floor()
-    for wall in (
-        (4.0, -4.0, 4.5, 4.0),
-        (-1.0, 3.5, 9.0, 4.0),
-        (-1.0, -4.0, 9.0, -3.5),
-        (-1.0, -4.0, -0.5, 4.0),
-    ):
+    for wall in ((4.0, -4.0, 4.5, 4.0), (-1.0, 3.5, 9.0, 4.0), (-1.0, -4.0, 9.0, -3.5), (-1.0, -4.0, -0.5, 4.0)):
         floor.paint(wall, OCCUPIED)
     floor.replanner.update(0.0, HERE)
     assert floor.replanner.no_route_reason is NoRoute.UNREACHABLE

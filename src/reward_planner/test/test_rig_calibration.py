@@ -9,12 +9,7 @@ import yaml
 
 from reward_planner.commands.calibrate_rig import main as calibrate_rig_command
 from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.rig_calibration import (
-    CalibratedCamera,
-    calibrate_rig,
-    misalignment,
-    rectify_rig,
-)
+from reward_planner.core.depth.rig_calibration import CalibratedCamera, calibrate_rig, misalignment, rectify_rig
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
@@ -27,9 +22,7 @@ CAMERAS = (
     PinholeCamera(*SIZE, 264.5, 264.0, 161.9, 120.8, (-0.29, 0.09, 0.0002, 0.0004, 0.0)),
 )
 CENTRES = tuple(np.array(c) for c in ((0.0, 0.0, 0.0), (0.1, 0.0015, -0.002), (0.003, -0.11, 0.001)))
-ROTATIONS = tuple(
-    matrix_from_rpy(np.radians(rpy)) for rpy in ((0, 0, 0), (0.6, -1.1, 0.8), (-0.9, 0.7, -0.5))
-)
+ROTATIONS = tuple(matrix_from_rpy(np.radians(rpy)) for rpy in ((0, 0, 0), (0.6, -1.1, 0.8), (-0.9, 0.7, -0.5)))
 """As mounted by hand: neither parallel nor right-angled."""
 COLUMNS, ROWS, SQUARE = 9, 6, 0.03
 BOARD = SQUARE * np.stack(np.meshgrid(np.arange(COLUMNS), np.arange(ROWS)), axis=-1).reshape(-1, 2)

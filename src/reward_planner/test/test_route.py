@@ -5,14 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.route.route import (
-    DIAGONAL,
-    STRAIGHT,
-    Route,
-    is_reachable,
-    octile_distance,
-    route_length,
-)
+from reward_planner.core.route.route import DIAGONAL, STRAIGHT, Route, is_reachable, octile_distance, route_length
 from reward_planner.core.route.shortest_route import shortest_route
 
 

@@ -108,9 +108,7 @@ def test_what_rests_out_of_view_stays(at_first, afterwards, x, seconds):
 
 
 def test_a_ray_image_holds_the_nearest_ray_of_each_direction_and_0_where_none_is():
-    points = np.array(
-        [(0.0, 0.0, 2.0), (0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, 0.0, np.nan), (0.0, 0.0, -1.0)]
-    )
+    points = np.array([(0.0, 0.0, 2.0), (0.0, 0.0, 1.0), (0.5, 0.0, 1.0), (0.0, 0.0, np.nan), (0.0, 0.0, -1.0)])
     image = ray_image(points.astype(np.float32), 20.0)
     assert image.width == pytest.approx(0.1)
     assert np.sort(image.depth[image.depth > 0.0]).tolist() == [1.0, 1.0]

@@ -77,9 +77,7 @@ def test_clouds_of_another_camera_are_refused_with_one_line(graph, camera_frame)
         given.send(IN_CAMERA, name)
     assert len(given.frames) == 4
     ((line, count),) = given.guard.counts['points'].rejected.items()
-    assert line.startswith(
-        f"points is in the frame 'rear_optical_frame', the camera with this mount is '{camera}"
-    )
+    assert line.startswith(f"points is in the frame 'rear_optical_frame', the camera with this mount is '{camera}")
     assert (count, '\n' in line) == (1, False)
 
 
@@ -102,9 +100,7 @@ class Rig:
             for name in PLACES
             for topic, kind in (('image_rect', Image), ('camera_info', CameraInfo))
         }
-        assert graph.spin_until(
-            lambda: all(p.get_subscription_count() == 1 for p in self._publishers.values())
-        )
+        assert graph.spin_until(lambda: all(p.get_subscription_count() == 1 for p in self._publishers.values()))
 
     def send(self, topic, message):
         before = self.guard.counts[topic].received

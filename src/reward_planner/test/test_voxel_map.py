@@ -28,9 +28,7 @@ SETTINGS = VoxelSettings(resolution=0.1, range_max=3.0)
 
 def seen(boxes=(BOX,), x=0.0, y=0.0, yaw=0.0):
     T = forward_camera(x, y, 0.5, yaw)
-    return points_from_depth(BoxRoom(HALL, tuple(boxes)).depth_image(CAMERA, T), CAMERA), SensorView(
-        T, CAMERA.fx
-    )
+    return points_from_depth(BoxRoom(HALL, tuple(boxes)).depth_image(CAMERA, T), CAMERA), SensorView(T, CAMERA.fx)
 
 
 def dense_values(voxels, view):
@@ -146,9 +144,7 @@ def test_a_frame_without_points_or_a_finite_stamp_changes_nothing_and_a_cleared_
 WIDE_CAMERA = PinholeCamera(320, 240, 262.0, 262.0, 159.5, 119.5)
 POLE_SETTINGS = VoxelSettings(resolution=0.1, height_min=0.1, height_max=1.2, value_min=0.2)
 FACES = tuple((x, 0.2 * x - 0.24 * i) for i, x in enumerate((1.01, 1.91, 2.91, 3.91)))
-POLES = BoxRoom(
-    (-1.0, -4.0, 0.0, 6.0, 4.0, 2.5), tuple((x, y, 0.0, x + 0.05, y + 0.21, 1.0) for x, y in FACES)
-)
+POLES = BoxRoom((-1.0, -4.0, 0.0, 6.0, 4.0, 2.5), tuple((x, y, 0.0, x + 0.05, y + 0.21, 1.0) for x, y in FACES))
 
 
 def voxels_of_poles():

@@ -92,9 +92,7 @@ def odometry(pose: SE2, velocity: tuple[float, float], stamp_ns: int) -> object:
         stamp_ns: stamp [ns].
     """
     forward, yaw_rate = velocity
-    twist = _message(
-        'geometry_msgs/msg/Twist', linear=_vector(forward, 0.0, 0.0), angular=_vector(0.0, 0.0, yaw_rate)
-    )
+    twist = _message('geometry_msgs/msg/Twist', linear=_vector(forward, 0.0, 0.0), angular=_vector(0.0, 0.0, yaw_rate))
     covariance = np.diag(_ODOMETRY_VARIANCES).ravel()
     return _message(
         'nav_msgs/msg/Odometry',
@@ -107,9 +105,7 @@ def odometry(pose: SE2, velocity: tuple[float, float], stamp_ns: int) -> object:
 
 def imu(reading: TiltReading, frame: str, stamp_ns: int) -> object:
     """Return a reading of the tilt as sensor_msgs/Imu: roll and pitch; rates and accelerations are marked unknown."""
-    x, y, z, w = (
-        float(part) for part in Rotation.from_euler('xyz', (reading.roll, reading.pitch, 0.0)).as_quat()
-    )
+    x, y, z, w = (float(part) for part in Rotation.from_euler('xyz', (reading.roll, reading.pitch, 0.0)).as_quat())
     # By the definition of sensor_msgs/Imu, -1 marks a missing measurement.
     nothing = np.array([-1.0, *[0.0] * 8])
     return _message(
@@ -124,9 +120,7 @@ def imu(reading: TiltReading, frame: str, stamp_ns: int) -> object:
     )
 
 
-def occupancy_grid(
-    cells: NDArray[np.int8], origin: tuple[float, float], resolution: float, stamp_ns: int
-) -> object:
+def occupancy_grid(cells: NDArray[np.int8], origin: tuple[float, float], resolution: float, stamp_ns: int) -> object:
     """Return cells, shape (rows, columns), as nav_msgs/OccupancyGrid in the frame map.
 
     Args:

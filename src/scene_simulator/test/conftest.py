@@ -8,12 +8,7 @@ import pytest
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
-ON_BOTH_SETS = (
-    'test_bag_commands.py',
-    'test_commands.py',
-    'test_mission_sensors.py',
-    'test_stereo_camera.py',
-)
+ON_BOTH_SETS = ('test_bag_commands.py', 'test_commands.py', 'test_mission_sensors.py', 'test_stereo_camera.py')
 """Bags and pictures of each camera are made there; no robot needs more of the simulator."""
 
 

@@ -16,9 +16,7 @@ from scene_simulator.room.box_room import (
 from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(64, 48, 50.0, 50.0, 31.5, 23.5)
-ROOM = BoxRoom(
-    (-3.0, -2.0, 0.0, 4.0, 2.0, 2.5), ((1.0, -0.5, 0.0, 1.5, 0.5, 0.6), (2.0, 0.8, 0.7, 3.0, 1.6, 0.8))
-)
+ROOM = BoxRoom((-3.0, -2.0, 0.0, 4.0, 2.0, 2.5), ((1.0, -0.5, 0.0, 1.5, 0.5, 0.6), (2.0, 0.8, 0.7, 3.0, 1.6, 0.8)))
 
 
 def test_points_are_on_the_surfaces_of_the_room():

@@ -16,8 +16,7 @@ def area(outline: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize(
-    ('shape', 'expected'),
-    [(Disc(0.05), math.pi * 0.05**2), (LedGrid(0.0325), 0.065**2), (Rectangle(0.3, 1.2), 0.36)],
+    ('shape', 'expected'), [(Disc(0.05), math.pi * 0.05**2), (LedGrid(0.0325), 0.065**2), (Rectangle(0.3, 1.2), 0.36)]
 )
 def test_outlines_run_counter_clockwise_about_the_area(shape: LampShape, expected: float) -> None:
     assert area(shape.outline()) == pytest.approx(expected, rel=2e-3)

@@ -56,11 +56,7 @@ def test_render_stereo_pair_writes_pictures_calibration_and_truth(tmp_path: Path
     ],
 )
 def test_a_bad_argument_ends_in_one_line(
-    tmp_path: Path,
-    capfd: pytest.CaptureFixture[str],
-    main: Callable[[list[str]], int],
-    arguments: str,
-    complaint: str,
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], main: Callable[[list[str]], int], arguments: str, complaint: str
 ) -> None:
     (tmp_path / 'file').write_text('')
     assert main(arguments.format(tmp=tmp_path, file=tmp_path / 'file').split()) == 1

@@ -18,9 +18,7 @@ def pixels_by_hand(points: NDArray[np.float64], time: float) -> NDArray[np.float
     dx, dy = points[:, 0] - pose.x, points[:, 1] - pose.y
     level = np.column_stack([c * dx + s * dy, c * dy - s * dx, np.full(len(dx), -heave)])
     about_x = np.array([[1, 0, 0], [0, math.cos(roll), -math.sin(roll)], [0, math.sin(roll), math.cos(roll)]])
-    about_y = np.array(
-        [[math.cos(pitch), 0, math.sin(pitch)], [0, 1, 0], [-math.sin(pitch), 0, math.cos(pitch)]]
-    )
+    about_y = np.array([[math.cos(pitch), 0, math.sin(pitch)], [0, 1, 0], [-math.sin(pitch), 0, math.cos(pitch)]])
     body = level @ (about_y @ about_x)
     depth = 0.13 - body[:, 2]
     x, y = -body[:, 1] / depth, -body[:, 0] / depth

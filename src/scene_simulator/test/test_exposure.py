@@ -12,9 +12,7 @@ from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 ROLLING = Shutter(exposure=60e-6, row_time=9e-6)
 
 
-@pytest.mark.parametrize(
-    ('shutter', 'first'), [(ROLLING, [900e-6, 909e-6, 918e-6]), (Shutter(60e-6), [0.0] * 3)]
-)
+@pytest.mark.parametrize(('shutter', 'first'), [(ROLLING, [900e-6, 909e-6, 918e-6]), (Shutter(60e-6), [0.0] * 3)])
 def test_a_row_starts_its_row_times_after_the_stamp(shutter: Shutter, first: list[float]) -> None:
     cuts = shutter.exposure_boundaries(7.0, slice(100, 103), 3)
     expected = 7.0 + np.array(first)[:, None] + np.array([0.0, 20e-6, 40e-6, 60e-6])
@@ -29,8 +27,7 @@ def test_the_middle_of_a_frame_is_between_its_first_start_and_its_last_end() -> 
 
 
 @pytest.mark.parametrize(
-    ('exposure', 'row_time'),
-    [(0.0, 0.0), (-1e-3, 0.0), (1e-3, -1e-6), (float('nan'), 0.0), (1e-3, float('inf'))],
+    ('exposure', 'row_time'), [(0.0, 0.0), (-1e-3, 0.0), (1e-3, -1e-6), (float('nan'), 0.0), (1e-3, float('inf'))]
 )
 def test_times_that_no_shutter_has_are_refused(exposure: float, row_time: float) -> None:
     with pytest.raises(SceneError, match='exposure'):

@@ -71,9 +71,7 @@ def brightness(photo: FloorPhoto) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize(('start', 'share'), [(0.0, 20.0), (0.2, 10.0)])
-def test_a_tape_hides_the_fraction_of_the_view_that_it_covers_up_to_its_end(
-    start: float, share: float
-) -> None:
+def test_a_tape_hides_the_fraction_of_the_view_that_it_covers_up_to_its_end(start: float, share: float) -> None:
     photo = photo_with(Tape((0.2, start), (0.2, 0.4), 0.02))
     assert photo.dirt_fraction == pytest.approx(share / 90.0, rel=0.01)
     assert photo.image[photo.dirt == 1.0].std() == 0.0

@@ -8,12 +8,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc, LampShape, LedGrid, Rectangle
-from scene_simulator.ceiling.lamp_profile import (
-    edge_distance,
-    face_homographies,
-    half_edge_distance,
-    lamp_profiles,
-)
+from scene_simulator.ceiling.lamp_profile import edge_distance, face_homographies, half_edge_distance, lamp_profiles
 from scene_simulator.ceiling.lens import SHARP, Blooming
 from scene_simulator.imaging.exposure import CameraPose, camera_pose
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
@@ -85,9 +80,7 @@ def distances_to_outline(lamp: CeilingLamp) -> np.ndarray:
     """Signed distances of all pixels from the projected outline [px], by trying all its points."""
     steps = np.linspace(0.0, 1.0, 100, endpoint=False)[:, None]
     outline = lamp.shape.outline()
-    dense = np.concatenate(
-        [a + steps * (b - a) for a, b in zip(outline, np.roll(outline, -1, 0), strict=True)]
-    )
+    dense = np.concatenate([a + steps * (b - a) for a, b in zip(outline, np.roll(outline, -1, 0), strict=True)])
     if isinstance(lamp.shape, Disc):
         dense *= lamp.shape.radius / np.hypot(*dense.T)[:, None]
     line = CAMERA.pixels_from_points(POSE.camera_points(lamp.map_points(dense)))
@@ -139,9 +132,7 @@ def test_a_half_glows_all_about_the_lamp_and_fades_along_its_axis(shape: LampSha
     halves = CeilingLamp(FORWARD_MOUNT, shape, steady_light(2), rpy=(0.0, 0.0, 0.6))
     first, second = painted(halves, Blooming())
     along = np.linspace(-0.12, 0.12, 121)
-    u, v = CAMERA.pixels_from_points(
-        POSE.camera_points(halves.map_points(np.column_stack([along, 0.0 * along])))
-    ).T
+    u, v = CAMERA.pixels_from_points(POSE.camera_points(halves.map_points(np.column_stack([along, 0.0 * along])))).T
     lit, other = (cv2.remap(half, *np.float32([u, v]), cv2.INTER_LINEAR).ravel() for half in (first, second))
     # 8 px beyond the edge, where eq. (4) is down to gamma, each half gives half of it, on both sides.
     beyond = 0.0325 + 8.0 * 2.5 / 636.4

@@ -37,9 +37,7 @@ def parts_of(scene: CorridorScene) -> tuple[SquareLandmark, RoundLandmark]:
     return square, disc
 
 
-def circle_image(
-    circle: RoundLandmark, camera: PinholeCamera, pose: CameraPose
-) -> tuple[NDArray[np.float64], ...]:
+def circle_image(circle: RoundLandmark, camera: PinholeCamera, pose: CameraPose) -> tuple[NDArray[np.float64], ...]:
     """Return centre and semi-axes of the ellipse that is the picture of a circle: H^-T C H^-1 of its conic C [px]."""
     u, v = circle.centre
     origin, right, up = pose.camera_points(circle.surface.points_map([(u, v), (u + 1.0, v), (u, v + 1.0)]))
@@ -99,9 +97,7 @@ def test_the_outline_of_a_meter_is_the_projected_circle(scene: CorridorScene, po
     np.testing.assert_allclose(axes[::-1], semi_axes, atol=0.005)
 
 
-@pytest.mark.parametrize(
-    'camera', [BENT, replace(CAMERA, intrinsics=PinholeCamera(64, 48, 60.0, 61.0, 31.0, 24.0))]
-)
+@pytest.mark.parametrize('camera', [BENT, replace(CAMERA, intrinsics=PinholeCamera(64, 48, 60.0, 61.0, 31.0, 24.0))])
 def test_each_pixel_is_that_of_many_samples(scene: CorridorScene, camera: StereoCamera) -> None:
     T_map_camera = camera_pose(POSES[1], LEANING)
     seen = camera.light(scene, T_map_camera)
@@ -111,9 +107,7 @@ def test_each_pixel_is_that_of_many_samples(scene: CorridorScene, camera: Stereo
     assert abs(difference.mean()) < 1e-4
 
 
-def supersampled(
-    scene: CorridorScene, camera: StereoCamera, pose: CameraPose, samples: int
-) -> NDArray[np.float64]:
+def supersampled(scene: CorridorScene, camera: StereoCamera, pose: CameraPose, samples: int) -> NDArray[np.float64]:
     """Follow the ray of each of many samples of each pixel to the wall."""
     lens = camera.intrinsics
     v, u = (np.mgrid[: lens.height * samples, : lens.width * samples] + 0.5) / samples - 0.5
@@ -133,10 +127,7 @@ def test_no_seam_shows_along_the_outline_of_a_box(pose: SE2) -> None:
     """What shines through between two surfaces shrinks with the pixel; so a picture is the mean of a finer one."""
     cabinet = Cabinet('box', facing_wall(0.0), (-0.3, 1.0), depth=0.3)
     scene = plain_wall().with_objects([cabinet, NoticeBoard('board', facing_wall(0.0), (0.5, 0.6))])
-    sharp, T_map_camera = (
-        replace(CAMERA, optics=StereoOptics(0.0, vignetting=0.0)),
-        camera_pose(pose, LEANING),
-    )
+    sharp, T_map_camera = (replace(CAMERA, optics=StereoOptics(0.0, vignetting=0.0)), camera_pose(pose, LEANING))
     lens, many = sharp.intrinsics, 4
     cx, cy = ((c + 0.5) * many - 0.5 for c in (lens.cx, lens.cy))
     finer = PinholeCamera(lens.width * many, lens.height * many, lens.fx * many, lens.fy * many, cx, cy)
@@ -156,8 +147,7 @@ def test_motion_smears_without_moving(scene: CorridorScene) -> None:
     middle, semi_axes = circle_image(parts_of(scene)[1], CAMERA.intrinsics, pose)
     smeared = replace(CAMERA, optics=StereoOptics(0.6, (3.0, -1.5), 0.0))
     (_, centre, spread), (_, _, sharp) = (
-        moments(brightness(taken.light(scene, pose)), middle, semi_axes[0] + 8.0)
-        for taken in (smeared, CAMERA)
+        moments(brightness(taken.light(scene, pose)), middle, semi_axes[0] + 8.0) for taken in (smeared, CAMERA)
     )
     np.testing.assert_allclose(centre, middle, atol=0.002)
     way = np.array([3.0, -1.5])
@@ -173,9 +163,7 @@ def test_corners_are_darker_and_noise_is_as_the_sensor_says(scene: CorridorScene
     assert ratio[120, 160] == pytest.approx(1.0, abs=1e-3)
     assert ratio[0, 0] == pytest.approx(0.6)
     sensor = GainSensor()
-    noise = CAMERA.photograph(scene, pose, np.random.default_rng(1)).astype(float) - CAMERA.photograph(
-        scene, pose
-    )
+    noise = CAMERA.photograph(scene, pose, np.random.default_rng(1)).astype(float) - CAMERA.photograph(scene, pose)
     expected = math.sqrt(GROUND * sensor.full_well + sensor.read_noise**2) * 255.0 / sensor.full_well
     assert noise[:40].std() == pytest.approx(math.hypot(expected, math.sqrt(1.0 / 12.0)), rel=0.1)
 

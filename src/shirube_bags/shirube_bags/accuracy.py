@@ -101,10 +101,7 @@ class Coverage:
 
 
 def compute_coverage(
-    expected_ns: NDArray[np.int64],
-    estimated_ns: NDArray[np.int64],
-    tolerance_ns: int,
-    excluded_ns: NDArray[np.int64],
+    expected_ns: NDArray[np.int64], estimated_ns: NDArray[np.int64], tolerance_ns: int, excluded_ns: NDArray[np.int64]
 ) -> Coverage:
     """Count the expected stamps [ns], shape (n,), with an estimate, shape (m,), increasing, m > 0, within a
     tolerance.

@@ -27,9 +27,7 @@ def load_message_class(msgtype: str) -> Any:
         module = importlib.import_module(f'{package}.{kind}')
         return getattr(module, name) if kind == 'msg' else getattr(module, name.removesuffix('_Event')).Event
     except (ImportError, AttributeError, TypeError, ValueError) as fault:
-        raise ReplayError(
-            f'the message type {msgtype} is not installed; install its package {package}'
-        ) from fault
+        raise ReplayError(f'the message type {msgtype} is not installed; install its package {package}') from fault
 
 
 LARGEST_LATCHED_HISTORY = 1000
@@ -46,9 +44,7 @@ class BagPlayer:
     def __init__(self, node: Node, topics: Iterable[BagTopic]) -> None:
         """Create the publishers of the topics; raise a ReplayError if a type is not installed."""
         self._publishers: dict[str, Publisher] = {
-            topic.name: node.create_publisher(
-                load_message_class(topic.msgtype), topic.name, replay_qos(topic)
-            )
+            topic.name: node.create_publisher(load_message_class(topic.msgtype), topic.name, replay_qos(topic))
             for topic in topics
         }
         self._clock = None if CLOCK in self._publishers else node.create_publisher(Clock, CLOCK, 10)

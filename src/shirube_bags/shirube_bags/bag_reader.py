@@ -96,10 +96,7 @@ class BagReader:
         return self
 
     def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        fault: BaseException | None,
-        traceback: TracebackType | None,
+        self, kind: type[BaseException] | None, fault: BaseException | None, traceback: TracebackType | None
     ) -> None:
         """Close the bag."""
         self._close()
@@ -125,9 +122,7 @@ class BagReader:
         """
         yield from self._read(self.select_topics(topics), begin_ns, end_ns + 1)
 
-    def _read(
-        self, topics: tuple[str, ...], start_ns: int | None, stop_ns: int | None
-    ) -> Iterator[BagMessage]:
+    def _read(self, topics: tuple[str, ...], start_ns: int | None, stop_ns: int | None) -> Iterator[BagMessage]:
         if self._reader is None:
             raise BagError(f'{self.path}: not open; read inside "with BagReader(...) as bag:"')
         connections = [connection for connection in self._reader.connections if connection.topic in topics]
@@ -172,9 +167,7 @@ class BagReader:
     def _make_error(self, fault: Exception) -> BagError:
         self._close()
         reason = ' '.join(str(fault).split()).rstrip('.') or type(fault).__name__
-        return BagError(
-            f'{self.path}: cannot be read ({reason}); {FOREIGN if FOREIGN_WORDS in reason else DAMAGED}'
-        )
+        return BagError(f'{self.path}: cannot be read ({reason}); {FOREIGN if FOREIGN_WORDS in reason else DAMAGED}')
 
 
 def check_is_bag(path: Path) -> None:
@@ -191,9 +184,7 @@ def check_is_bag(path: Path) -> None:
     if path.suffix == '.bag':
         raise BagError(f'{path}: is a ROS 1 bag; convert it with "rosbags-convert"')
     if path.suffix not in {'.mcap', '.db3'}:
-        raise BagError(
-            f'{path}: is not a rosbag2; give the folder with metadata.yaml, or a .mcap or .db3 file'
-        )
+        raise BagError(f'{path}: is not a rosbag2; give the folder with metadata.yaml, or a .mcap or .db3 file')
     if path.stat().st_size == 0:
         raise BagError(f'{path}: is empty; record it again')
 
@@ -259,7 +250,5 @@ def typestore_for(connections: Iterable[Connection]) -> Typestore:
                 continue
         except TypesysError:
             continue
-        typestore.register(
-            {name: fields for name, fields in found.items() if name not in typestore.fielddefs}
-        )
+        typestore.register({name: fields for name, fields in found.items() if name not in typestore.fielddefs})
     return typestore

@@ -87,9 +87,7 @@ def get_message_class(topic: str, types: Sequence[str]) -> object:
     recorded.
     """
     if len(types) != 1:
-        raise ReplayError(
-            f'{topic} is published with the types {", ".join(types)}; publish one type per topic'
-        )
+        raise ReplayError(f'{topic} is published with the types {", ".join(types)}; publish one type per topic')
     if types[0] not in jazzy_types().fielddefs:
         raise ReplayError(
             f"{topic} has the type {types[0]}, which is not in ROS 2's common interfaces; use ros2 bag record"

@@ -6,15 +6,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from rosbags.interfaces import (
-    Connection,
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
+from rosbags.interfaces import Connection, Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer, WriterError
 
 from shirube_bags.bag_reader import jazzy_types
@@ -81,16 +73,11 @@ class BagWriter:
             self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
             self._writer.open()
         except OSError as fault:
-            raise BagError(
-                f'{self.path}: cannot be created ({fault.strerror}); choose a writable place'
-            ) from fault
+            raise BagError(f'{self.path}: cannot be created ({fault.strerror}); choose a writable place') from fault
         return self
 
     def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        fault: BaseException | None,
-        traceback: TracebackType | None,
+        self, kind: type[BaseException] | None, fault: BaseException | None, traceback: TracebackType | None
     ) -> None:
         """Complete the bag and rename it to its path, or remove it if the block raised."""
         if self._folder is None or self._writer is None:
@@ -117,9 +104,7 @@ class BagWriter:
         known = self._connections.get(topic)
         if known is not None:
             if known.msgtype != msgtype:
-                raise BagError(
-                    f'{self.path}: topic {topic} has type {known.msgtype}, so {msgtype} needs another topic'
-                )
+                raise BagError(f'{self.path}: topic {topic} has type {known.msgtype}, so {msgtype} needs another topic')
             return
         if msgtype not in jazzy_types().fielddefs:
             raise BagError(

@@ -63,9 +63,7 @@ class NodeBarrier:
         while (pending := self._pending(responses)) and not self._should_stop():
             now = time.monotonic()
             if now > deadline:
-                raise ReplayError(
-                    f'{", ".join(pending)} has not responded for {timeout:g} s; check whether it hangs'
-                )
+                raise ReplayError(f'{", ".join(pending)} has not responded for {timeout:g} s; check whether it hangs')
             if now > repeat:
                 responses.update({name: self._request(name) for name in pending})
                 repeat = now + REPEAT_INTERVAL
@@ -164,11 +162,7 @@ class Lockstep:
 
 
 def replay_in_lockstep(
-    bag: BagReader,
-    node: Node,
-    executor: Executor,
-    topics: Sequence[str] = (),
-    timeout: float = RESPONSE_TIMEOUT,
+    bag: BagReader, node: Node, executor: Executor, topics: Sequence[str] = (), timeout: float = RESPONSE_TIMEOUT
 ) -> int:
     """Replay topics of an open bag (all if empty) in lockstep and return the number of messages.
 

@@ -55,10 +55,7 @@ class ReplayClock:
 
 
 def wait_for_counts(
-    subscriber_count: Callable[[str], int],
-    wanted: Mapping[str, int],
-    timeout: float,
-    should_stop: Callable[[], bool],
+    subscriber_count: Callable[[str], int], wanted: Mapping[str, int], timeout: float, should_stop: Callable[[], bool]
 ) -> None:
     """Wait until each topic has the wanted number of subscribers, or ``should_stop`` returns True.
 
@@ -80,10 +77,7 @@ def wait_for_counts(
 
 
 def wait_for_any(
-    subscriber_count: Callable[[str], int],
-    topics: Sequence[str],
-    timeout: float,
-    should_stop: Callable[[], bool],
+    subscriber_count: Callable[[str], int], topics: Sequence[str], timeout: float, should_stop: Callable[[], bool]
 ) -> list[str]:
     """Wait until a topic has a subscriber and their numbers are stable; return the topics without a
     subscriber.
@@ -141,9 +135,7 @@ def replay(
     publish = player.publish if lockstep is None else lockstep.publish
     count, played = 0, 0.0
     whole = start_offset == 0.0  # only then the number of messages is checked
-    messages = (
-        bag.messages(player.topics) if whole else bag.messages_between(player.topics, start_ns, bag.end_ns)
-    )
+    messages = bag.messages(player.topics) if whole else bag.messages_between(player.topics, start_ns, bag.end_ns)
     for message in messages:
         wait_until_due(replay_clock, message.stamp_ns, player, stop, is_paused)
         if stop.is_set():

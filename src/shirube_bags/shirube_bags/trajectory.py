@@ -67,9 +67,7 @@ def make_trajectory(stamps_ns: ArrayLike, positions: ArrayLike, quaternions: Arr
     return Trajectory(stamps, xyz, xyzw)
 
 
-def find_malformed_pose(
-    positions: NDArray[np.float64], quaternions: NDArray[np.float64]
-) -> tuple[int, str] | None:
+def find_malformed_pose(positions: NDArray[np.float64], quaternions: NDArray[np.float64]) -> tuple[int, str] | None:
     """Return the index of the first malformed pose and its fault, or None.
 
     Args:
@@ -97,9 +95,7 @@ def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
     return make_trajectory(stamps_ns, positions, np.column_stack([zero, zero, np.sin(half), np.cos(half)]))
 
 
-def can_interpolate(
-    trajectory: Trajectory, stamps_ns: NDArray[np.int64], longest_gap_ns: int
-) -> NDArray[np.bool_]:
+def can_interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64], longest_gap_ns: int) -> NDArray[np.bool_]:
     """Return, shape (m,), whether each stamp [ns] is that of a pose or within a gap of at most
     ``longest_gap_ns``.
     """

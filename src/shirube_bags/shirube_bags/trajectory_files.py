@@ -106,9 +106,7 @@ def load_tum(path: Path | str) -> Trajectory:
         lines = Path(path).read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as fault:
         reason = fault.strerror if isinstance(fault, OSError) else 'not a text file'
-        raise TumFileError(
-            f'{path}: cannot be read ({reason}); give a text file of lines "{COLUMNS}"'
-        ) from fault
+        raise TumFileError(f'{path}: cannot be read ({reason}); give a text file of lines "{COLUMNS}"') from fault
     rows: dict[int, list[float]] = {}
     numbers: list[int] = []
     for number, line in enumerate(lines, start=1):
@@ -156,6 +154,4 @@ def save_tum(path: Path | str, trajectory: Trajectory) -> None:
     try:
         write_text(path, ''.join(lines))
     except OSError as fault:
-        raise TumFileError(
-            f'{path}: cannot be written ({fault.strerror}); choose a writable place'
-        ) from fault
+        raise TumFileError(f'{path}: cannot be written ({fault.strerror}); choose a writable place') from fault

@@ -69,9 +69,7 @@ def test_topics_can_be_remapped(ros):
     assert ros.spin_until(lambda: received == ['hello'])
 
 
-@pytest.mark.parametrize(
-    'msgtype', ['my_msgs/msg/Thing', 'sensor_msgs/msg/Thing', 'std_srvs/srv/Thing_Event']
-)
+@pytest.mark.parametrize('msgtype', ['my_msgs/msg/Thing', 'sensor_msgs/msg/Thing', 'std_srvs/srv/Thing_Event'])
 def test_an_unknown_type_is_refused_in_one_line(msgtype):
     with pytest.raises(ReplayError, match='not installed; install'):
         load_message_class(msgtype)

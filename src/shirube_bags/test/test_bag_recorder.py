@@ -27,9 +27,7 @@ def record(ros, path, topics, publish, counts):
     lines = []
     with BagWriter(path) as bag:
         recorder = BagRecorder(ros.node('recorder'), bag, topics, lines.append)
-        assert ros.spin_until(
-            lambda: recorder.find_topics() or (counts.keys() <= recorder.counts.keys() and publish())
-        )
+        assert ros.spin_until(lambda: recorder.find_topics() or (counts.keys() <= recorder.counts.keys() and publish()))
         assert ros.spin_until(lambda: recorder.find_topics() or counts.items() <= recorder.counts.items())
     return recorder, lines
 
@@ -127,13 +125,7 @@ def test_nothing_is_discarded_before_it_is_acknowledged():
 
 @pytest.mark.parametrize(
     'publishers',
-    [
-        [RELIABLE],
-        [qos_profile_sensor_data],
-        [LATCHED],
-        [LATCHED, qos_profile_sensor_data],
-        [LATCHED, RELIABLE],
-    ],
+    [[RELIABLE], [qos_profile_sensor_data], [LATCHED], [LATCHED, qos_profile_sensor_data], [LATCHED, RELIABLE]],
 )
 def test_a_recorder_is_compatible_with_every_publisher(publishers):
     subscriber = recording_qos([Endpoint(each) for each in publishers])

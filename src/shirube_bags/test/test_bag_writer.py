@@ -16,9 +16,7 @@ def read(path):
 
 def test_what_was_written_is_read_back_equal(tmp_path, messages):
     written = [('/text', 3, 'std_msgs/msg/String', messages.text('three'))]
-    written += [
-        ('/image_raw', stamp, 'sensor_msgs/msg/Image', messages.image(stamp)) for stamp in (5, 10**18)
-    ]
+    written += [('/image_raw', stamp, 'sensor_msgs/msg/Image', messages.image(stamp)) for stamp in (5, 10**18)]
     with BagWriter(tmp_path / 'bag') as bag:
         for topic, stamp, msgtype, message in written:
             bag.write(topic, msgtype, message, stamp)
@@ -83,9 +81,7 @@ def test_chunks_are_compressed(tmp_path, messages):
     assert (tmp_path / 'bag' / 'bag.mcap').stat().st_size < 20 * image.data.size / 50
 
 
-def test_a_place_that_cannot_be_written_is_refused_in_one_line_and_a_closed_bag_refuses_messages(
-    tmp_path, messages
-):
+def test_a_place_that_cannot_be_written_is_refused_in_one_line_and_a_closed_bag_refuses_messages(tmp_path, messages):
     with pytest.raises(BagError, match='exists already; remove it'):
         BagWriter(tmp_path)
     (tmp_path / 'file').write_text('')

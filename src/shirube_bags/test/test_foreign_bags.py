@@ -82,8 +82,7 @@ def test_every_version_of_the_metadata_is_read(tmp_path, version, storage):
 
 
 @pytest.mark.parametrize(
-    ('storage', 'compression'),
-    [('mcap', 'file'), ('sqlite3', 'file'), ('mcap', 'message'), ('sqlite3', 'message')],
+    ('storage', 'compression'), [('mcap', 'file'), ('sqlite3', 'file'), ('mcap', 'message'), ('sqlite3', 'message')]
 )
 def test_compressed_bags_are_read(tmp_path, storage, compression):
     path = write_talker(tmp_path / 'talker', storage, compression)
@@ -108,11 +107,7 @@ def test_split_bags_are_read_in_order(tmp_path, storage):
 
 @pytest.mark.parametrize(
     'edit',
-    [
-        {'version': 10},
-        {'storage_identifier': 'my_storage'},
-        {'compression_mode': 'FILE', 'compression_format': 'lz4'},
-    ],
+    [{'version': 10}, {'storage_identifier': 'my_storage'}, {'compression_mode': 'FILE', 'compression_format': 'lz4'}],
 )
 def test_what_another_recorder_must_convert_is_no_damage(tmp_path, edit):
     path = write_talker(tmp_path / 'talker')

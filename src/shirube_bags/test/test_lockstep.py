@@ -25,8 +25,7 @@ SHORT_BEST_EFFORT_QUEUE = QoSProfile(depth=1, reliability=qos_profile_sensor_dat
 
 
 @pytest.mark.parametrize(
-    ('qos', 'work'),
-    [(qos_profile_sensor_data, 0.0), (SHORT_RELIABLE_QUEUE, 0.0), (SHORT_BEST_EFFORT_QUEUE, 0.01)],
+    ('qos', 'work'), [(qos_profile_sensor_data, 0.0), (SHORT_RELIABLE_QUEUE, 0.0), (SHORT_BEST_EFFORT_QUEUE, 0.01)]
 )
 def test_every_image_arrives_once_in_order_and_equal(stamp_of, ros, listen, bag_path, qos, work):
     listener = listen('listener', qos, work=work)

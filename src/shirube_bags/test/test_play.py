@@ -99,9 +99,7 @@ def test_the_absence_of_subscribers_is_said(play, bag_path, capsys):
     assert 'no subscriber within 0.1 s' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ('wanted', 'words'), [('/image_raw/2', '/image_raw has 0 of 2'), ('/imu', '--wait-for /imu')]
-)
+@pytest.mark.parametrize(('wanted', 'words'), [('/image_raw/2', '/image_raw has 0 of 2'), ('/imu', '--wait-for /imu')])
 def test_missing_subscribers_end_the_program_in_one_line(play, bag_path, capsys, wanted, words):
     assert play(bag_path, '--timeout', '0.1', '--wait-for', wanted) == 1
     assert words in one_line(capsys.readouterr().err)
@@ -141,8 +139,7 @@ def test_bad_options_are_refused(play, arguments, bag_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ('text', 'wanted'),
-    [('/a/b', ('/a/b', 1)), ('/a/b/3', ('/a/b', 3)), ('/7', ('/7', 1)), ('/a/b2', ('/a/b2', 1))],
+    ('text', 'wanted'), [('/a/b', ('/a/b', 1)), ('/a/b/3', ('/a/b', 3)), ('/7', ('/7', 1)), ('/a/b2', ('/a/b2', 1))]
 )
 def test_the_number_of_subscribers_follows_the_topic(text, wanted):
     assert wanted_subscribers(text) == wanted

@@ -10,9 +10,7 @@ def test_a_stamp_is_the_same_after_its_text(stamp_ns):
     assert stamp_from_text(text_from_stamp(stamp_ns)) == stamp_ns
 
 
-@pytest.mark.parametrize(
-    ('text', 'stamp_ns'), [('1.5', 1_500_000_000), ('1.7e9', 17 * 10**17), ('-0.1', -(10**8))]
-)
+@pytest.mark.parametrize(('text', 'stamp_ns'), [('1.5', 1_500_000_000), ('1.7e9', 17 * 10**17), ('-0.1', -(10**8))])
 def test_usual_forms_are_understood(text, stamp_ns):
     assert stamp_from_text(text) == stamp_ns
 

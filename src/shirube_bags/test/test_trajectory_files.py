@@ -17,9 +17,7 @@ TURN = TYPES['geometry_msgs/msg/Quaternion'](0.0, 0.6, 0.0, 0.8)
 POSE = TYPES['geometry_msgs/msg/Pose'](POINT, TURN)
 WITH_COVARIANCE = TYPES['geometry_msgs/msg/PoseWithCovariance'](POSE, np.zeros(36))
 VECTOR = TYPES['geometry_msgs/msg/Vector3'](1.0, 2.0, 3.0)
-TWIST = TYPES['geometry_msgs/msg/TwistWithCovariance'](
-    TYPES['geometry_msgs/msg/Twist'](VECTOR, VECTOR), np.zeros(36)
-)
+TWIST = TYPES['geometry_msgs/msg/TwistWithCovariance'](TYPES['geometry_msgs/msg/Twist'](VECTOR, VECTOR), np.zeros(36))
 CONTENTS = {
     'geometry_msgs/msg/PoseStamped': (POSE,),
     'geometry_msgs/msg/PoseWithCovarianceStamped': (WITH_COVARIANCE,),

@@ -11,8 +11,5 @@ from shirube_bringup.launching import single_node
 
 def generate_launch_description() -> LaunchDescription:
     """Return the node and the launch arguments."""
-    arguments = {
-        'odom': ('odom', 'topic of the odometry'),
-        'initialpose': ('initialpose', 'topic of the initial pose'),
-    }
+    arguments = {'odom': ('odom', 'topic of the odometry'), 'initialpose': ('initialpose', 'topic of the initial pose')}
     return single_node('pose_arbiter', arguments)

@@ -10,8 +10,5 @@ from shirube_bringup.launching import single_node
 
 def generate_launch_description() -> LaunchDescription:
     """Return the node and the launch arguments."""
-    arguments = {
-        'cmd_vel': ('cmd_vel', 'topic of the velocities'),
-        'estop': ('estop', 'topic of the emergency stop'),
-    }
+    arguments = {'cmd_vel': ('cmd_vel', 'topic of the velocities'), 'estop': ('estop', 'topic of the emergency stop')}
     return single_node('motor_bridge', arguments)

@@ -18,14 +18,7 @@ from shirube_bringup.launching import check_path, declare, share
 def generate_launch_description() -> LaunchDescription:
     """Return the nodes, the player, and the arguments they take."""
     # At the first start, the nodes compile numba kernels.
-    options = [
-        '--rate',
-        LaunchConfiguration('rate'),
-        '--wait-for',
-        LaunchConfiguration('wait_for'),
-        '--timeout',
-        '300',
-    ]
+    options = ['--rate', LaunchConfiguration('rate'), '--wait-for', LaunchConfiguration('wait_for'), '--timeout', '300']
     player = Node(
         package='shirube_bags',
         executable='play',
@@ -42,7 +35,5 @@ def generate_launch_description() -> LaunchDescription:
         launch_arguments={'driver': 'none', 'motors': 'false', 'use_sim_time': 'true'}.items(),
     )
     bag = DeclareLaunchArgument('bag', description='folder of the bag')
-    check = OpaqueFunction(
-        function=lambda where: check_path('bag', LaunchConfiguration('bag').perform(where))
-    )
+    check = OpaqueFunction(function=lambda where: check_path('bag', LaunchConfiguration('bag').perform(where)))
     return LaunchDescription([bag, *declare(arguments), check, robot, player])

@@ -53,9 +53,7 @@ PARTS = {
 def generate_launch_description() -> LaunchDescription:
     """Return the nodes and the launch arguments."""
     drivers = ['none', 'planner', 'lamps']
-    driver = DeclareLaunchArgument(
-        'driver', default_value='none', choices=drivers, description='publisher of cmd_vel'
-    )
+    driver = DeclareLaunchArgument('driver', default_value='none', choices=drivers, description='publisher of cmd_vel')
     arguments = {
         'floor': ('true', 'localize by dots on the floor'),
         'stereo': ('auto', 'localize by taught landmarks; auto: if places_dir is set'),
@@ -149,11 +147,7 @@ def description() -> Node:
         executable='robot_state_publisher',
         namespace=given('namespace'),
         parameters=[
-            {
-                'robot_description': urdf,
-                'frame_prefix': given('frame_prefix'),
-                'use_sim_time': given('use_sim_time'),
-            }
+            {'robot_description': urdf, 'frame_prefix': given('frame_prefix'), 'use_sim_time': given('use_sim_time')}
         ],
         condition=IfCondition(NotEqualsSubstitution(given('description'), '')),
     )

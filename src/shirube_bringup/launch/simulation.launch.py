@@ -29,12 +29,7 @@ def generate_launch_description() -> LaunchDescription:
     room = ExecuteProcess(cmd=[executable, *options], output='screen', on_exit=Shutdown())
     return LaunchDescription(
         [
-            *declare(
-                {
-                    'folder': ('mission', 'folder for all files'),
-                    'seed': ('0', 'seed of room, robot and noise'),
-                }
-            ),
+            *declare({'folder': ('mission', 'folder for all files'), 'seed': ('0', 'seed of room, robot and noise')}),
             RegisterEventHandler(OnProcessIO(target_action=room, on_stdout=start_nodes)),
             # Last, so that no output is missed.
             room,
@@ -51,9 +46,7 @@ def parts() -> list[GroupAction]:
     """Return the launch file of each node with its arguments."""
     folder = LaunchConfiguration('folder')
     include = partial(include_from, folder=folder, use_sim_time='true')
-    beacons, places = (
-        PathJoinSubstitution([folder, 'building', name]) for name in ('beacons.yaml', 'places')
-    )
+    beacons, places = (PathJoinSubstitution([folder, 'building', name]) for name in ('beacons.yaml', 'places'))
     return [
         include('floor', 'floor_localizer', **camera('floor')),
         include('stereo', 'stereo_landmark', places_dir=places),

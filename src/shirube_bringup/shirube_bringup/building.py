@@ -19,12 +19,7 @@ from scene_simulator.mission.layout import NOMINAL
 from scene_simulator.mission.sensors import STEREO_RIG
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
-from stereo_landmark.core.primitives.primitive import (
-    ImageProcessing,
-    Primitive,
-    PrimitiveKind,
-    invariant_points,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind, invariant_points
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
@@ -78,9 +73,7 @@ def teach_places(folder: Path) -> None:
         OSError: the folder is not writable.
     """
     walls = bare_walls()
-    rig = StereoRig(
-        STEREO_RIG.left.intrinsics, STEREO_RIG.right.intrinsics, STEREO_RIG.baseline, STEREO_RIG.mount
-    )
+    rig = StereoRig(STEREO_RIG.left.intrinsics, STEREO_RIG.right.intrinsics, STEREO_RIG.baseline, STEREO_RIG.mount)
     for number, (name, (pose, wall)) in enumerate(PLACES.items()):
         camera_position = STEREO_RIG.camera_poses(pose)[0].position
         scene = FurnishedScene(walls).order_for_camera(camera_position)
@@ -88,9 +81,7 @@ def teach_places(folder: Path) -> None:
         processing = ImageProcessing()
         left, right = (detect_scene(image, processing) for image in images)
         teacher = Teacher(StereoView(left, right, rig), processing)
-        visible = dict(
-            _visible_landmarks(landmarks_on_wall(walls, wall), pose, StereoView(left, right, rig), teacher)
-        )
+        visible = dict(_visible_landmarks(landmarks_on_wall(walls, wall), pose, StereoView(left, right, rig), teacher))
         place = teacher.teach(name, [TargetSelection('wall', visible)], pose)
         save_place(folder, place, StereoImages(*images))
 

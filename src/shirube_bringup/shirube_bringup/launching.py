@@ -57,10 +57,7 @@ def declare(arguments: Mapping[str, tuple[Any, str]]) -> list[DeclareLaunchArgum
 
 
 def single_node(
-    package: str,
-    arguments: Mapping[str, tuple[str, str]],
-    topics: Mapping[str, Any] | None = None,
-    name: str = '',
+    package: str, arguments: Mapping[str, tuple[str, str]], topics: Mapping[str, Any] | None = None, name: str = ''
 ) -> LaunchDescription:
     """Return a node with its parameter file, and its launch arguments.
 
@@ -114,9 +111,7 @@ def check_files(node: str, params_file: Path, given: Mapping[str, str]) -> None:
     ROS launch does not end the nodes that it has started before an error: check all files first.
     """
     if not params_file.is_file():
-        raise MissingFileError(
-            f'params_file {params_file} does not exist; give the absolute path of your copy'
-        )
+        raise MissingFileError(f'params_file {params_file} does not exist; give the absolute path of your copy')
     required = REQUIRED.get(node)
     for name in filter(None, (required, *OPTIONAL.get(node, ()))):
         path = given.get(name) or parameter_in(params_file, name)

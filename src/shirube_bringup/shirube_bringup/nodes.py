@@ -79,20 +79,13 @@ class NodeSetup:
             values[f'qos_overrides.{topic}.subscription.reliability'] = 'reliable'
         path = folder / f'{self.name}.yaml'
         path.write_text(yaml.safe_dump({'/**': {'ros__parameters': values}}))
-        remapped = [
-            argument for name, topic in self.topics.items() for argument in ('-r', f'{name}:={topic}')
-        ]
+        remapped = [argument for name, topic in self.topics.items() for argument in ('-r', f'{name}:={topic}')]
         if self.namespace:
             remapped += ['-r', f'__ns:=/{self.namespace}']
         return ['--ros-args', '--params-file', str(path), *remapped]
 
 
-_BRIDGE = {
-    'update_rate': 50.0,
-    'reply_timeout': 1.0,
-    'max_linear_velocity': CRUISE_SPEED,
-    'keep_estop': False,
-}
+_BRIDGE = {'update_rate': 50.0, 'reply_timeout': 1.0, 'max_linear_velocity': CRUISE_SPEED, 'keep_estop': False}
 
 
 def mission_nodes(files: BuildingFiles, port: str, planner: str = 'default') -> tuple[NodeSetup, ...]:
@@ -215,12 +208,7 @@ class NodeProcesses:
             'OPENBLAS_NUM_THREADS': '1',
         }
         for node in self._nodes:
-            command = [
-                sys.executable,
-                '-m',
-                node.module or f'{node.package}.node',
-                *node.arguments(self._folder),
-            ]
+            command = [sys.executable, '-m', node.module or f'{node.package}.node', *node.arguments(self._folder)]
             with (self._folder / f'{node.name}.log').open('wb') as log:
                 self._running[node.name] = subprocess.Popen(
                     command,

@@ -57,9 +57,7 @@ def depth_image(depth: NDArray[np.float32], header: Header) -> Image:
     height, width = depth.shape
     data = array('B')
     data.frombytes(np.ascontiguousarray(depth).data.cast('B'))
-    return Image(
-        header=header, height=height, width=width, encoding='32FC1', is_bigendian=0, step=4 * width, data=data
-    )
+    return Image(header=header, height=height, width=width, encoding='32FC1', is_bigendian=0, step=4 * width, data=data)
 
 
 def camera_info(camera: PinholeCamera, header: Header, baseline: float = 0.0) -> CameraInfo:

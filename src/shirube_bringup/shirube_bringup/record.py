@@ -89,9 +89,7 @@ class MissionTraces:
 
     def as_json(self) -> str:
         """Return the traces as JSON text, with six decimals."""
-        return json.dumps(
-            json.loads(json.dumps(asdict(self)), parse_float=lambda text: round(float(text), 6))
-        )
+        return json.dumps(json.loads(json.dumps(asdict(self)), parse_float=lambda text: round(float(text), 6)))
 
 
 @dataclass(frozen=True)

@@ -66,9 +66,7 @@ class RenderWorker:
         """End the process."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def request(
-        self, sensor: str, index: int, time: float, path: PiecewisePath, people: Sequence[Place] = ()
-    ) -> None:
+    def request(self, sensor: str, index: int, time: float, path: PiecewisePath, people: Sequence[Place] = ()) -> None:
         """Request the image of a sensor at a time [s]; the path covers its exposure, people are at these places."""
         self._pending[sensor, index] = self._pool.submit(_render, sensor, index, time, path, people)
 

@@ -105,9 +105,7 @@ def run_mission(
     return _make_outcome(mission, began, ready, finished)
 
 
-def _drive(
-    mission: Mission, executor: Executor, log: Callable[[str], None], began: float
-) -> tuple[float, float]:
+def _drive(mission: Mission, executor: Executor, log: Callable[[str], None], began: float) -> tuple[float, float]:
     """Drive the mission once all nodes are ready; return the times of its start and end [s]."""
     _wait_for_nodes(mission, executor)
     mission.stopwatch.start()
@@ -188,9 +186,7 @@ def _wait_for_nodes(mission: Mission, executor: Executor) -> None:
     ]:
         mission.processes.check()
         if monotonic() > end:
-            raise MissionError(
-                f'no subscriber for the images of {", ".join(unsubscribed)}; see the logs of the nodes'
-            )
+            raise MissionError(f'no subscriber for the images of {", ".join(unsubscribed)}; see the logs of the nodes')
         executor.spin_once(timeout_sec=0.1)
     mission.steps.wait_for_nodes('/floor_localizer', '/vlc_beacon', '/stereo_landmark', '/pose_arbiter')
     mission.steps.wait_for_nodes('/reward_planner', '/collision_monitor', '/motor_bridge')

@@ -61,9 +61,7 @@ class MissionSubscribers:
         self.map: GridMap | None = None
         self._node = node
         for name in LOCALIZERS:
-            self._subscribe(
-                PoseWithCovarianceStamped, f'/{name}/pose_with_covariance', self._make_fix_callback(name)
-            )
+            self._subscribe(PoseWithCovarianceStamped, f'/{name}/pose_with_covariance', self._make_fix_callback(name))
         self._subscribe(PoseStamped, '/pose_arbiter/pose', self._on_fused_pose)
         self._subscribe(PoseWithCovarianceStamped, AREA, self._on_area)
         self._subscribe(Odometry, '/odom', self._on_odometry)

@@ -98,9 +98,7 @@ def test_the_extract_begins_with_its_first_and_ends_before_its_last_instant() ->
     assert inside == [False, True, True, False]
 
 
-def test_an_existing_bag_is_reported_before_the_mission(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_existing_bag_is_reported_before_the_mission(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bag = tmp_path / 'bag'
     bag.mkdir()
     assert room([str(tmp_path / 'run'), '--record', str(bag)]) == 1

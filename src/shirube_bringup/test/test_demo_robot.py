@@ -30,9 +30,7 @@ MOUNTS = {
 def numbers(text: str) -> list[float]:
     """Return numbers of which some are ${...} of pi."""
     values = {'pi': math.pi, '-pi': -math.pi, 'pi / 2': math.pi / 2.0, '-pi / 2': -math.pi / 2.0}
-    return [
-        values[inner] if inner else float(plain) for inner, plain in re.findall(r'\$\{(.+?)\}|(\S+)', text)
-    ]
+    return [values[inner] if inner else float(plain) for inner, plain in re.findall(r'\$\{(.+?)\}|(\S+)', text)]
 
 
 def test_every_camera_is_where_the_mission_has_it() -> None:

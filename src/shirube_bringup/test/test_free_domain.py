@@ -10,9 +10,7 @@ def test_two_at_once_are_different():
         assert one != other
 
 
-@pytest.mark.parametrize(
-    'error', [TimeoutError('nobody answers'), FileNotFoundError(2, 'no', 'a'), KeyError(1)]
-)
+@pytest.mark.parametrize('error', [TimeoutError('nobody answers'), FileNotFoundError(2, 'no', 'a'), KeyError(1)])
 def test_errors_in_the_context_are_not_changed(error):
     with pytest.raises(type(error)) as caught, free_domain():
         raise error

@@ -73,9 +73,7 @@ def actions_of(name: str) -> list[Built]:
 
 def declared_in(name: str) -> dict[str, Any]:
     """Return the default of each launch argument; None for one that must be given."""
-    return {
-        a.args[0]: a.named.get('default_value') for a in actions_of(name) if a.kind == 'DeclareLaunchArgument'
-    }
+    return {a.args[0]: a.named.get('default_value') for a in actions_of(name) if a.kind == 'DeclareLaunchArgument'}
 
 
 def node_of(name: str, **given: str) -> dict[str, Any]:
@@ -171,9 +169,7 @@ def test_a_localizer_without_its_file_is_left_out_with_a_line_unless_it_is_asked
     context = Context(defaults)
     (line,) = choice(context)
     assert (context['stereo'], context['vlc']) == ('true', 'false')
-    assert line.named['msg'].startswith(
-        'vlc_beacon is left out, as beacons_file is not set; give beacons_file:='
-    )
+    assert line.named['msg'].startswith('vlc_beacon is left out, as beacons_file is not set; give beacons_file:=')
     context = Context(defaults | {'stereo': 'false', 'vlc': 'true', 'beacons_file': str(PACKAGE)})
     assert choice(context) == []
     assert (context['stereo'], context['vlc']) == ('false', 'true')
@@ -201,11 +197,7 @@ def test_the_files_of_all_parts_are_checked_before_a_node_starts(given: dict[str
 
 
 def test_the_cameras_that_are_asked_for_start_in_their_namespaces(tmp_path: Path) -> None:
-    for name in [
-        *(file.name for file in (PACKAGE / 'config').iterdir()),
-        'belly_camera.yaml',
-        'stereo_camera.yaml',
-    ]:
+    for name in [*(file.name for file in (PACKAGE / 'config').iterdir()), 'belly_camera.yaml', 'stereo_camera.yaml']:
         (tmp_path / name).touch()
     (choose,) = (a.named['function'] for a in actions_of('robot') if a.kind == 'OpaqueFunction')
     given = declared_in('robot') | {'config': str(tmp_path), 'cameras': 'belly stereo'}
@@ -233,9 +225,7 @@ def test_a_replay_without_its_bag_and_a_wrong_flag_start_no_node() -> None:
 def test_topics_are_remapped_to_the_given_ones() -> None:
     remapped = {name: dict(node_of(name, frame_prefix='robot1/')['remappings']) for name in SINGLE}
     defaults = [*declared_in('arbiter').values(), *declared_in('planner').values()]
-    assert not any(
-        str(default).startswith('/') for default in defaults
-    )  # a namespace is that of the whole robot
+    assert not any(str(default).startswith('/') for default in defaults)  # a namespace is that of the whole robot
     assert remapped['arbiter'].keys() == {'odom', 'initialpose'}
     assert remapped['bridge'].keys() == {'cmd_vel', 'estop'}
     assert remapped['planner'].keys() == {'points', 'pose', 'command', 'cmd_vel'}

@@ -46,9 +46,7 @@ def test_the_papers_planner_is_a_choice():
     ('package', 'parameters', 'line'),
     [
         ('no_such_package', {}, 'No module named'),
-        pytest.param(
-            'motor_bridge', {'wheel_radius': -1.0}, 'wheel_radius', marks=pytest.mark.newest_set_only
-        ),
+        pytest.param('motor_bridge', {'wheel_radius': -1.0}, 'wheel_radius', marks=pytest.mark.newest_set_only),
     ],
 )
 def test_a_node_that_ends_is_named_with_its_log_and_works_no_more(tmp_path, package, parameters, line):

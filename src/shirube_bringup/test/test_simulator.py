@@ -110,9 +110,7 @@ def run():
         sensors = MissionSensors(0, {name: steady_light() for name in LAMPS})
         worker, subscribers = BlackPictures(), MissionSubscribers(node)
         steps = Simulator(node, graph.executor, controller, Lock(), sensors, worker, subscribers)
-        assert graph.spin_until(
-            lambda: all(steps.publishers.subscriber_count(camera.name) for camera in CAMERAS)
-        )
+        assert graph.spin_until(lambda: all(steps.publishers.subscriber_count(camera.name) for camera in CAMERAS))
         for _ in range(STEPS):
             steps.step()
         yield nodes, steps, controller, worker
@@ -120,9 +118,7 @@ def run():
 
 def test_every_picture_arrives_in_its_order(run):
     nodes, steps, _, _ = run
-    for camera, listener in zip(
-        CAMERAS, ('floor_localizer', 'vlc_beacon', 'stereo_landmark', 'reward_planner')
-    ):
+    for camera, listener in zip(CAMERAS, ('floor_localizer', 'vlc_beacon', 'stereo_landmark', 'reward_planner')):
         due = [1e-3 * camera.time_ms(index) for index in camera.indices(0, steps.now, camera.latency)]
         assert due
         for topic in LISTENERS[listener]:

@@ -73,17 +73,11 @@ class FrameSource:
             remedy = 'this computer has no V4L2 device: plug the camera in' if is_bare else _REMEDY
             raise ShirubeCameraError(f'{device} does not exist; {remedy}')
         if not os.access(device, os.R_OK):
-            raise ShirubeCameraError(
-                f'{device} is not permitted; add the user to the group video, log in again'
-            )
+            raise ShirubeCameraError(f'{device} is not permitted; add the user to the group video, log in again')
         # The link that names a camera is resolved at each start: the driver may have numbered its devices anew.
-        self._capture = cv2.VideoCapture(
-            os.path.realpath(device), cv2.CAP_V4L2 if self.is_live else cv2.CAP_ANY
-        )
+        self._capture = cv2.VideoCapture(os.path.realpath(device), cv2.CAP_V4L2 if self.is_live else cv2.CAP_ANY)
         if not self._capture.isOpened():
-            raise ShirubeCameraError(
-                f'{device} is in use by another program, or no camera or video; {_REMEDY}'
-            )
+            raise ShirubeCameraError(f'{device} is in use by another program, or no camera or video; {_REMEDY}')
         for number, value in _controls(settings).values() if self.is_live else ():
             self._capture.set(number, value)
         driver_rate = float(self._capture.get(cv2.CAP_PROP_FPS))

@@ -17,9 +17,7 @@ def poses(count, seed=0):
     """Return rotations and centres of a tilted board all over the image, in the left camera's frame."""
     random = np.random.default_rng(seed)
     for k in range(count):
-        tilt = np.array([(0.5, 0.0), (-0.5, 0.1), (0.0, 0.5), (0.1, -0.5)][k % 4]) + random.normal(
-            0.0, 0.08, 2
-        )
+        tilt = np.array([(0.5, 0.0), (-0.5, 0.1), (0.0, 0.5), (0.1, -0.5)][k % 4]) + random.normal(0.0, 0.08, 2)
         distance = random.uniform(0.45, 0.65)
         u, v = random.uniform(-0.24, 0.24), random.uniform(-0.2, 0.2)
         yield matrix_from_rpy((*tilt, random.uniform(-0.3, 0.3))), distance * np.array([u, v, 1.0])
@@ -49,15 +47,9 @@ class Renderer:
     def __call__(self, R, centre):
         depth = (R[:, 2] @ centre) / (self.rays @ R[:, 2])
         on_board = (self.rays * depth[:, None] - centre) @ R[:, :2] * self.scale
-        u, v = (
-            (on_board + 0.5 * np.array(self.print.shape[::-1]) - 0.5)
-            .T.reshape(2, *self.shape)
-            .astype(np.float32)
-        )
+        u, v = (on_board + 0.5 * np.array(self.print.shape[::-1]) - 0.5).T.reshape(2, *self.shape).astype(np.float32)
         fine = cv2.remap(self.print, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=90)
         image = cv2.resize(fine, self.shape[::-1], interpolation=cv2.INTER_AREA)
-        image = cv2.resize(
-            image, None, fx=1 / _OVERSAMPLING, fy=1 / _OVERSAMPLING, interpolation=cv2.INTER_AREA
-        )
+        image = cv2.resize(image, None, fx=1 / _OVERSAMPLING, fy=1 / _OVERSAMPLING, interpolation=cv2.INTER_AREA)
         noise = self.random.normal(0.0, 2.0, image.shape)
         return (cv2.GaussianBlur(image, (0, 0), 0.6) + noise).clip(0, 255).astype(np.uint8)

@@ -37,13 +37,9 @@ def test_double_images_give_both_calibrations_and_a_report(double_images, tmp_pa
     assert 'baseline' in capsys.readouterr().out
 
 
-def test_images_without_a_board_and_a_size_in_squares_are_refused_in_one_line(
-    double_images, tmp_path, capsys
-):
+def test_images_without_a_board_and_a_size_in_squares_are_refused_in_one_line(double_images, tmp_path, capsys):
     for columns in ('8', '3'):
-        assert (
-            main(['lens', str(double_images), '--columns', columns, '--out', str(tmp_path / 'c.yaml')]) == 1
-        )
+        assert main(['lens', str(double_images), '--columns', columns, '--out', str(tmp_path / 'c.yaml')]) == 1
         line = r'calibrate: (only \d views can be used|the corners do not fit).*\n'
         assert re.fullmatch(line, capsys.readouterr().err)
     assert not any(tmp_path.iterdir())

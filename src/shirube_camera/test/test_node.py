@@ -72,14 +72,7 @@ def test_a_folder_is_split_with_one_stamp_and_the_calibration_of_each_half(graph
         (tmp_path / f'{side}.yaml').write_text(text)
     kinds = {'left__image_raw': Image, 'right__image_raw': Image, 'right__camera_info': CameraInfo}
     receiver = Receiver(graph, **kinds)
-    graph.add(
-        CameraNode,
-        device=str(folder),
-        loop=True,
-        rate=50.0,
-        split='left_right',
-        calibration_file=str(tmp_path),
-    )
+    graph.add(CameraNode, device=str(folder), loop=True, rate=50.0, split='left_right', calibration_file=str(tmp_path))
     left, _, info = (receiver.wait(topic, 6) for topic in kinds)
     assert (left.width, left.height, left.encoding, info.width, info.k[0]) == (30, 40, 'mono8', 30, 51.0)
     stamps = [{(m.header.stamp.sec, m.header.stamp.nanosec) for m in receiver.got[topic]} for topic in kinds]
@@ -89,9 +82,7 @@ def test_a_folder_is_split_with_one_stamp_and_the_calibration_of_each_half(graph
 
 def test_a_calibration_of_another_size_is_one_line_and_no_camera_info(graph, folder, tmp_path):
     file = tmp_path / 'camera.yaml'
-    file.write_text(
-        calibration_text('c', PinholeCamera(64, 48, 50.0, 50.0, 32.0, 24.0), np.eye(3), np.eye(3, 4))
-    )
+    file.write_text(calibration_text('c', PinholeCamera(64, 48, 50.0, 50.0, 32.0, 24.0), np.eye(3), np.eye(3, 4)))
     receiver = Receiver(graph, image_raw=Image, camera_info=CameraInfo)
     node = graph.add(CameraNode, device=str(folder), loop=True, rate=50.0, calibration_file=str(file))
     receiver.wait('image_raw', 5)
@@ -103,11 +94,7 @@ def test_a_calibration_of_another_size_is_one_line_and_no_camera_info(graph, fol
 def test_a_camera_gives_its_stamps_and_what_it_refused_and_comes_back(graph, monkeypatch):
     opened = []
     monkeypatch.setattr(frame_source.cv2, 'VideoCapture', lambda *_: opened.append(Camera()) or opened[-1])
-    kinds = {
-        'image_raw__compressed': CompressedImage,
-        'camera_info': CameraInfo,
-        'diagnostics': DiagnosticArray,
-    }
+    kinds = {'image_raw__compressed': CompressedImage, 'camera_info': CameraInfo, 'diagnostics': DiagnosticArray}
     receiver = Receiver(graph, **kinds)
     node = graph.add(CameraNode, device='/dev/null', exposure_time=0.002, gain=3.0, encoding='bgr8')
     image = receiver.wait('image_raw__compressed', 20)

@@ -13,10 +13,7 @@ from shirube_core.settings import check_settings
 
 
 def fuse(
-    poses: Mapping[str, ArrayLike],
-    odometry: ArrayLike = (),
-    *,
-    sigmas: Mapping[str, Sequence[float]] | None = None,
+    poses: Mapping[str, ArrayLike], odometry: ArrayLike = (), *, sigmas: Mapping[str, Sequence[float]] | None = None
 ) -> FusedResult:
     """Fuse poses and odometry; return the pose at the last stamp, or the reason for none.
 
@@ -41,9 +38,7 @@ def fuse(
     arbiter = Arbiter(sources, ArbiterSettings())
     events = [(row, number) for number, rows in enumerate(tables.values()) for row in rows]
     # The zero of the stamps does not matter, but a stamp of 0 is invalid.
-    for (stamp, *pose), source in sorted(
-        [*events, *((row, None) for row in driven)], key=lambda each: each[0][0]
-    ):
+    for (stamp, *pose), source in sorted([*events, *((row, None) for row in driven)], key=lambda each: each[0][0]):
         now = _nanoseconds(stamp - min(stamps))
         fault = (
             arbiter.add_odometry(now, SE2(*pose), now)

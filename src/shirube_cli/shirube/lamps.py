@@ -50,9 +50,7 @@ def read(
     check_settings(light)
     mount = CameraMount(as_triple('camera_xyz', camera_xyz), as_triple('camera_rpy', camera_rpy))
     known = _beacons(lamps)
-    authorizer = authorizer_from_settings(
-        NodeSettings(), AuthorizationSettings(), known
-    )  # rejects all commands
+    authorizer = authorizer_from_settings(NodeSettings(), AuthorizationSettings(), known)  # rejects all commands
     receiver, output, found, seen = BeaconReceiver(known, mount, authorizer, light), None, None, {}
     prepare('vlc_beacon')
     for number, image in enumerate(images):

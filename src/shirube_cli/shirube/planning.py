@@ -13,12 +13,7 @@ from shirube.results import RouteResult
 
 
 def plan(
-    grid: ArrayLike,
-    start: Sequence[int],
-    goal: Sequence[int],
-    *,
-    robot_radius: float = 0.0,
-    unknown: str = 'free',
+    grid: ArrayLike, start: Sequence[int], goal: Sequence[int], *, robot_radius: float = 0.0, unknown: str = 'free'
 ) -> RouteResult:
     """Return a shortest route of straight and diagonal steps, or the reason for none.
 

@@ -15,11 +15,7 @@ from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import StereoRig
-from stereo_landmark.core.teaching.primitive_selection import (
-    NearestSelection,
-    TargetSelection,
-    select_primitives,
-)
+from stereo_landmark.core.teaching.primitive_selection import NearestSelection, TargetSelection, select_primitives
 from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.node_settings import NodeSettings
 
@@ -79,9 +75,7 @@ def teach(
     prepare('stereo_landmark')
     scenes = [detect_scene(image, processing) for image in images]
     teacher = Teacher(StereoView(scenes[0], scenes[1], rig), processing)
-    selections = [
-        TargetSelection(target, select_primitives([*given], scenes[0])) for target, given in chosen.items()
-    ]
+    selections = [TargetSelection(target, select_primitives([*given], scenes[0])) for target, given in chosen.items()]
     return teacher.teach(name, selections, T_map_place)
 
 

@@ -27,9 +27,7 @@ def install_development_packages() -> None:
 
 QUICK = '--quick'
 # These want pytest's own process, or choose the number of processes themselves.
-ONE_PROCESS = (
-    *('-n', '--numprocesses', '--dist', '--pdb', '--trace', '-s', '--capture=no', '--collect-only', '--co'),
-)
+ONE_PROCESS = (*('-n', '--numprocesses', '--dist', '--pdb', '--trace', '-s', '--capture=no', '--collect-only', '--co'),)
 
 
 def run_tests(arguments: Sequence[str]) -> int:
@@ -59,9 +57,7 @@ def parallel_options() -> list[str]:
 
 def check(arguments: Sequence[str]) -> int:
     """Run the formatter, the linter and the type checker; return 0 when none of them finds an error."""
-    parser = argparse.ArgumentParser(
-        prog='shirube check', description='Format, lint and types of everything.'
-    )
+    parser = argparse.ArgumentParser(prog='shirube check', description='Format, lint and types of everything.')
     parser.add_argument('--fix', action='store_true', help='fix what can be fixed automatically')
     fix = parser.parse_args(arguments).fix
     install_development_packages()

@@ -72,9 +72,7 @@ def sentence_on_limits(broken: Sequence[str]) -> str:
 
 def page(bag: str, picture: str, figures: str, broken: Sequence[str]) -> str:
     """Return the report as an HTML page, with the picture in its folder and the limits that were not kept."""
-    packages = ', '.join(
-        f'{name} {version(name)}' for name in ('numpy', 'scipy', 'opencv-python-headless', 'numba')
-    )
+    packages = ', '.join(f'{name} {version(name)}' for name in ('numpy', 'scipy', 'opencv-python-headless', 'numba'))
     machine = f'{platform.platform()}, {processor_name()}, Python {sys.version.split()[0]}, {packages}'
     return PAGE.format(
         bag=html.escape(bag),

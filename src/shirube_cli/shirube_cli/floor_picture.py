@@ -43,9 +43,7 @@ def _draw_track(axes: Axes, accuracy: FloorAccuracy, dots: NDArray[np.float64]) 
     axes.plot(truth[:, 0], truth[:, 1], color=TRUTH, linewidth=3.0, alpha=0.4, label='true drive')
     axes.plot(errors[:, 0], errors[:, 1], '.', color=ESTIMATE, markersize=2.5, label='poses from the dots')
     hidden = interpolate(accuracy.truth, accuracy.images_ns[_is_dirty(accuracy)]).positions
-    axes.plot(
-        hidden[:, 0], hidden[:, 1], 's', color=DIRT, markersize=5.0, alpha=0.35, label='floor hidden by dirt'
-    )
+    axes.plot(hidden[:, 0], hidden[:, 1], 's', color=DIRT, markersize=5.0, alpha=0.35, label='floor hidden by dirt')
     missing = interpolate(accuracy.truth, accuracy.report.coverage.missing_ns).positions
     if len(missing):
         axes.plot(missing[:, 0], missing[:, 1], 'kx', markersize=6.0, label='no pose')
@@ -58,21 +56,15 @@ def _draw_position_errors(axes: Axes, accuracy: FloorAccuracy) -> None:
     axes.plot(_seconds(accuracy, accuracy.errors.estimate.stamps_ns), 1e3 * accuracy.errors.position, '.',
               color=ESTIMATE, markersize=3.0)  # fmt: skip
     figures = accuracy.report.position
-    axes.axhline(
-        1e3 * figures.median, color='k', linewidth=0.8, label=f'median {1e3 * figures.median:.3f} mm'
-    )
-    axes.axhline(
-        1e3 * figures.p95, color='k', linewidth=0.8, ls='--', label=f'95 % {1e3 * figures.p95:.3f} mm'
-    )
+    axes.axhline(1e3 * figures.median, color='k', linewidth=0.8, label=f'median {1e3 * figures.median:.3f} mm')
+    axes.axhline(1e3 * figures.p95, color='k', linewidth=0.8, ls='--', label=f'95 % {1e3 * figures.p95:.3f} mm')
     axes.set(ylabel='position error [mm]', title='Errors against the true drive', ylim=(0.0, None))
     _mark_dirt(axes, accuracy)
 
 
 def _draw_heading_errors(axes: Axes, accuracy: FloorAccuracy) -> None:
     degrees = np.degrees(accuracy.errors.heading)
-    axes.plot(
-        _seconds(accuracy, accuracy.errors.estimate.stamps_ns), degrees, '.', color=ESTIMATE, markersize=3.0
-    )
+    axes.plot(_seconds(accuracy, accuracy.errors.estimate.stamps_ns), degrees, '.', color=ESTIMATE, markersize=3.0)
     rms = math.degrees(accuracy.report.heading.rms)
     axes.axhspan(-rms, rms, color='k', alpha=0.08, label=f'rms {rms:.3f}°')
     axes.set(xlabel='time [s]', ylabel='heading error [°]')
@@ -105,9 +97,7 @@ def _draw_close_up(axes: Axes, accuracy: FloorAccuracy, dots: NDArray[np.float64
 def _mark_dirt(axes: Axes, accuracy: FloorAccuracy) -> None:
     for number, stretch in enumerate(accuracy.dirty_ns):
         first, last = _seconds(accuracy, stretch)
-        axes.axvspan(
-            first, last, color=DIRT, alpha=0.25, label='floor hidden by dirt' if number == 0 else None
-        )
+        axes.axvspan(first, last, color=DIRT, alpha=0.25, label='floor hidden by dirt' if number == 0 else None)
     axes.legend(loc='upper left', fontsize='small')
     axes.grid(alpha=0.3)
     duration = _seconds(accuracy, accuracy.images_ns[-1:])[0]

@@ -6,13 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_bags.accuracy import (
-    AccuracyReport,
-    TrajectoryErrors,
-    compare_trajectories,
-    compute_coverage,
-    make_report,
-)
+from shirube_bags.accuracy import AccuracyReport, TrajectoryErrors, compare_trajectories, compute_coverage, make_report
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory import Trajectory, make_trajectory
@@ -38,9 +32,7 @@ class FloorReplay:
     reasons: dict[str, int]
 
 
-def replay_floor_drive(
-    root: Path, bag: Path, folder: Path, node_command: list[str] | None = None
-) -> FloorReplay:
+def replay_floor_drive(root: Path, bag: Path, folder: Path, node_command: list[str] | None = None) -> FloorReplay:
     """Replay the bag as fast as the node keeps up; logs go to the folder.
 
     The node is the installed one without arguments, unless a command is given. Raises a CommandError if a process
@@ -60,9 +52,7 @@ def _sum_up(listener: PoseListener) -> FloorReplay:
     times = [*listener.images.values(), *listener.published.values()]
     return FloorReplay(
         trajectory=make_trajectory(
-            stamps,
-            [listener.positions[stamp] for stamp in stamps],
-            [listener.quaternions[stamp] for stamp in stamps],
+            stamps, [listener.positions[stamp] for stamp in stamps], [listener.quaternions[stamp] for stamp in stamps]
         ),
         images=len(listener.images),
         delays=np.array(listener.delays) / NANOSECONDS,

@@ -37,9 +37,7 @@ class Progress:
         """Show that nothing is done yet."""
         if sys.stderr.isatty():
             # tqdm draws with ASCII characters where the terminal's encoding has no others.
-            self._bar = tqdm(
-                desc=self._title, total=self._total, bar_format='{desc}: {n}/{total} |{bar}| {elapsed}'
-            )
+            self._bar = tqdm(desc=self._title, total=self._total, bar_format='{desc}: {n}/{total} |{bar}| {elapsed}')
         else:
             self._print_line()
         return self
@@ -75,10 +73,7 @@ WORKER = f'{PROLOGUE}; from shirube_cli.kernel_worker import main; raise SystemE
 
 
 def compile_sets(
-    sets: Sequence[KernelSet],
-    environment: Mapping[str, str],
-    finish: Callable[[KernelSet], None],
-    worker: str = WORKER,
+    sets: Sequence[KernelSet], environment: Mapping[str, str], finish: Callable[[KernelSet], None], worker: str = WORKER
 ) -> None:
     """Compile kernel sets, the longest first, so that programs that use them start in seconds from then on.
 

@@ -37,9 +37,7 @@ KERNEL_SETS = (
     KernelSet('vlc_beacon_rolling', _LIGHT, "compile_kernels(ReceiverSettings('rolling'))", 21),
     KernelSet('shirube_bringup', 'shirube_bringup.compile_kernels', 'compile_kernels()', 29),
     KernelSet('reward_planner', 'reward_planner.core.compile_kernels', 'compile_default_kernels()', 32),
-    KernelSet(
-        'collision_monitor', 'reward_planner.core.safety.compile_kernels', 'compile_kernels()', 19, demo=False
-    ),
+    KernelSet('collision_monitor', 'reward_planner.core.safety.compile_kernels', 'compile_kernels()', 19, demo=False),
     KernelSet('vlc_beacon_global', _LIGHT, "compile_kernels(ReceiverSettings('global'))", 2, demo=False),
 )
 """In the order in which they are compiled: those of the demo first, of these the longest first."""

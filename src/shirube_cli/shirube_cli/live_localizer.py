@@ -85,9 +85,7 @@ class PoseListener(Node):
         """Return how many images had no pose for which reason, in the node's words."""
         prefix = 'images without: '
         return {
-            key.removeprefix(prefix): int(value)
-            for key, value in self.diagnostics.items()
-            if key.startswith(prefix)
+            key.removeprefix(prefix): int(value) for key, value in self.diagnostics.items() if key.startswith(prefix)
         }
 
     def _take_image(self, message: CompressedImage, info: MessageInfo) -> None:
@@ -212,11 +210,7 @@ def live_localizer(
         node_command = find_executable(root, package, 'node')
     log = folder / 'node.log'
     with _listening(package, image_topic) as (listener, executor, domain):
-        environment = {
-            **overlay_environment(root),
-            'ROS_DOMAIN_ID': str(domain),
-            'ROS_LOG_DIR': str(folder / 'log'),
-        }
+        environment = {**overlay_environment(root), 'ROS_DOMAIN_ID': str(domain), 'ROS_LOG_DIR': str(folder / 'log')}
         with child_process(node_command, environment, log) as process:
             live = LiveLocalizer(root, listener, executor, process, environment, log)
             live.wait_for_connection()

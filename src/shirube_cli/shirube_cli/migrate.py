@@ -15,9 +15,7 @@ from shirube_core.files import YamlFileError, read_yaml, write_text
 from shirube_core.settings import describe_settings
 
 PARAMETERS = 'ros__parameters'
-_KEY = re.compile(
-    r'^(?P<indent> *)(?P<quote>[\'"]?)(?P<key>[^\s:#\'"{}\[\],&*!|>%@-][^\s:#\'"]*)(?P=quote) *:(?= |$)'
-)
+_KEY = re.compile(r'^(?P<indent> *)(?P<quote>[\'"]?)(?P<key>[^\s:#\'"{}\[\],&*!|>%@-][^\s:#\'"]*)(?P=quote) *:(?= |$)')
 
 
 def migrate(arguments: Sequence[str]) -> int:
@@ -29,9 +27,7 @@ def migrate(arguments: Sequence[str]) -> int:
         description='Rename former parameters in ROS parameter files, and make their sections those of '
         'nodes in any namespace; taught places need no change.',
     )
-    parser.add_argument(
-        'files', nargs='+', type=Path, metavar='FILE', help='parameter file or taught place (YAML)'
-    )
+    parser.add_argument('files', nargs='+', type=Path, metavar='FILE', help='parameter file or taught place (YAML)')
     parser.add_argument('--dry-run', action='store_true', help='only print the changes')
     options = parser.parse_args(arguments)
     for path in options.files:
@@ -51,17 +47,12 @@ def migrate_file(path: Path, *, dry_run: bool = False) -> None:
         changed = widen_root(rename_parameters(text))
         remaining = sorted(former_names_in(yaml.safe_load(changed)))
         if remaining:
-            raise CommandError(
-                f'{path}: rename {", ".join(remaining)} by hand; write one "name: value" a line'
-            )
+            raise CommandError(f'{path}: rename {", ".join(remaining)} by hand; write one "name: value" a line')
         if changed == text:
             print(f'{path}: nothing to change')
             return
         print(
-            *difflib.unified_diff(
-                text.splitlines(), changed.splitlines(), str(path), 'now', lineterm='', n=0
-            ),
-            sep='\n',
+            *difflib.unified_diff(text.splitlines(), changed.splitlines(), str(path), 'now', lineterm='', n=0), sep='\n'
         )
         if not dry_run:
             write_text(path, changed)

@@ -24,10 +24,7 @@ from vlc_beacon.node_settings import NodeSettings as VlcBeaconSettings
 
 SETTINGS_OF_NODES: dict[str, dict[str, type]] = {
     'camera': {'the camera': CameraSettings, 'the output': OutputSettings},
-    'collision_monitor': {
-        'the node': MonitorNodeSettings,
-        'footprint, braking and zones': CollisionMonitorSettings,
-    },
+    'collision_monitor': {'the node': MonitorNodeSettings, 'footprint, braking and zones': CollisionMonitorSettings},
     'floor_localizer': {'the node': FloorLocalizerSettings, 'the method': LocalizerSettings},
     'motor_bridge': {'the node': MotorBridgeSettings, 'wheels and limits': DriveSettings},
     'pose_arbiter': {'the node': PoseArbiterSettings, 'the method': ArbiterSettings},

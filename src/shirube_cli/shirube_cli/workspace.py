@@ -71,9 +71,7 @@ def digest_package(folder: Path) -> str:
     """Return a digest of everything that a package is installed from, and of the Python that installs it."""
     digest = hashlib.sha256(PYTHON.encode())
     for parent, folders, files in os.walk(folder, followlinks=True):
-        folders[:] = sorted(
-            f for f in folders if f not in {'test', '__pycache__'} and not f.endswith('.egg-info')
-        )
+        folders[:] = sorted(f for f in folders if f not in {'test', '__pycache__'} and not f.endswith('.egg-info'))
         for name in sorted(files):
             path = Path(parent, name)
             digest.update(f'\0{path.relative_to(folder)}\0{path.stat().st_mode}\0'.encode())

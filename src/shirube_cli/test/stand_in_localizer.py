@@ -26,9 +26,7 @@ def create_localizer() -> Node:
 
     def report() -> None:
         values = [KeyValue(key='images without: ambiguous', value='3')]
-        diagnostics.publish(
-            DiagnosticArray(status=[DiagnosticStatus(name='floor_localizer: status', values=values)])
-        )
+        diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(name='floor_localizer: status', values=values)]))
 
     node.create_subscription(PoseStamped, '/ground_truth', answer, 10)
     node.create_timer(0.5, report)

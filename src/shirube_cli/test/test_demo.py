@@ -7,12 +7,9 @@ from shirube_cli.project import CommandError
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'wanted', 'code'),
-    [([], 'mission', 0), (['mission'], 'mission', 1), (['floor'], 'floor', 1)],
+    ('arguments', 'wanted', 'code'), [([], 'mission', 0), (['mission'], 'mission', 1), (['floor'], 'floor', 1)]
 )
-def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(
-    arguments, wanted, code, monkeypatch, tmp_path
-):
+def test_the_mission_is_the_demo_unless_the_floor_is_asked_for(arguments, wanted, code, monkeypatch, tmp_path):
     ran = []
 
     def stand_in(name):

@@ -21,9 +21,7 @@ ROLLING = {'use_sim_time': False, 'shutter': 'rolling', 'row_time': 18.9e-6, 'ex
 LAMPS = SeenNode('/vlc_beacon', 1, ROLLING)
 PIXELS = SeenInput('/vlc_beacon', '/image_raw', 'sensor_msgs/msg/Image', 1)
 INFO = SeenInput('/vlc_beacon', '/camera_info', 'sensor_msgs/msg/CameraInfo', 1)
-IMAGES = SeenImages(
-    '/image_raw', 'mono8', (1280, 1024), (1280, 1024), STAMPS, (0.02,) * 60, (9, 12, 0, 8, 7, 10)
-)
+IMAGES = SeenImages('/image_raw', 'mono8', (1280, 1024), (1280, 1024), STAMPS, (0.02,) * 60, (9, 12, 0, 8, 7, 10))
 SOUND = Snapshot(
     nodes=(LAMPS, SeenNode('/camera', 1, {'use_sim_time': False})),
     inputs=(PIXELS, INFO),
@@ -63,10 +61,7 @@ def test_a_sound_system_has_no_finding() -> None:
         (with_lamps(exposure_time=5e-4), 'the light code is blurred'),
         (with_lamps(row_time=5e-5), 'the frame period 33.3 ms'),
         (with_lamps(use_sim_time=True), 'nobody publishes /clock'),
-        (
-            replace(SOUND, nodes=(*with_lamps(use_sim_time=True).nodes, SOUND.nodes[1]), has_clock=True),
-            '/camera',
-        ),
+        (replace(SOUND, nodes=(*with_lamps(use_sim_time=True).nodes, SOUND.nodes[1]), has_clock=True), '/camera'),
         (replace(SOUND, statuses=(('/vlc_beacon', True, 'the lamps moved'),)), 'the lamps moved'),
         (replace(SOUND, ports=(SeenPort('/dev/x', exists=False, is_permitted=False),)), 'is not there'),
         (replace(SOUND, ports=(SeenPort('/dev/x', exists=True, is_permitted=False),)), 'may not be read'),
@@ -94,9 +89,7 @@ def test_a_global_shutter_needs_60_images_a_second() -> None:
 def test_our_own_parameter_files_have_no_unknown_name() -> None:
     for path in sorted((ROOT / 'config').glob('*.yaml')):
         assert list(unknown_names(yaml.safe_load(path.read_text()))) == [], path
-    spelled = {
-        'robot': {'vlc_beacon': {'ros__parameters': {'lamps': {'diameter_mn': 4.0}, 'qos_overrides.x': 1}}}
-    }
+    spelled = {'robot': {'vlc_beacon': {'ros__parameters': {'lamps': {'diameter_mn': 4.0}, 'qos_overrides.x': 1}}}}
     assert list(unknown_names(spelled)) == [('lamps.diameter_mn', 'lamps.diameter_min')]
     assert list(unknown_names({'camera': {'ros__parameters': {'fps': 30}}})) == []
 
@@ -109,9 +102,7 @@ def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, capsys: pytest.Ca
 
 
 def test_only_lamps_under_a_rolling_shutter_have_bands() -> None:
-    medians = [
-        np.median(band_changes_in(ROOT / 'bags' / name)) for name in ('lamp_drive_rolling', 'lamp_drive')
-    ]
+    medians = [np.median(band_changes_in(ROOT / 'bags' / name)) for name in ('lamp_drive_rolling', 'lamp_drive')]
     assert medians[0] >= BANDS_MIN > medians[1]
 
 

@@ -157,9 +157,7 @@ def call_the_kernel(packages: Path, **environment: str) -> str:
     return subprocess.run(command, env=wanted, check=True, capture_output=True, text=True).stdout
 
 
-def test_what_is_installed_uses_the_machine_code_of_its_source_and_another_state_gets_none(
-    tmp_path: Path,
-) -> None:
+def test_what_is_installed_uses_the_machine_code_of_its_source_and_another_state_gets_none(tmp_path: Path) -> None:
     source, installed = source_and_copy(tmp_path)
     assert 'data saved' in call_the_kernel(source, NUMBA_CACHE_DIR=str(tmp_path / 'cache'))
     same = (installed / 'probe' / 'kernels.py').read_text()
@@ -173,9 +171,7 @@ def test_what_is_installed_uses_the_machine_code_of_its_source_and_another_state
     assert 'saved' not in said
 
 
-def test_kernels_count_as_installed_after_the_copy_only(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_kernels_count_as_installed_after_the_copy_only(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cache = tmp_path / 'numba' / 'digest'
     monkeypatch.setattr(kernel_cache, 'kernel_folder', lambda _: cache)
     assert are_installed(tmp_path, [])

@@ -21,9 +21,7 @@ CAMERA = shirube.Camera(4, 3, 2.0, 2.0, 2.0, 1.5)
 def recorded(bag: Path, prefix: str = '', count: int = 1) -> tuple[list[np.ndarray], PinholeCamera]:
     with BagReader(bag) as reader:
         info = reader.decode(next(reader.messages([f'{prefix}/camera_info'])))
-        topic = next(
-            name for name in reader.topics if name.startswith(f'{prefix}/image') and 'compressed' in name
-        )
+        topic = next(name for name in reader.topics if name.startswith(f'{prefix}/image') and 'compressed' in name)
         messages = [m for m, _ in zip(reader.messages([topic]), range(count))]
         images = [cv2.imdecode(reader.decode(m).data, cv2.IMREAD_GRAYSCALE) for m in messages]
     return images, camera_from_camera_info(info, 'camera_info')
@@ -44,9 +42,7 @@ def test_floor_image_as_a_list_has_the_true_pose_and_half_of_it_is_refused() -> 
     assert result.pose == pytest.approx(true_pose(BAGS / 'floor_drive'), abs=1e-3)
     assert np.linalg.eigvalsh(result.covariance).min() > 0.0
     assert localizer.locate(np.zeros_like(image), camera).reason.startswith('no dots')
-    with pytest.raises(
-        shirube.InputError, match=r'117 x 117 px, its camera is calibrated for 235 x 235 px; '
-    ):
+    with pytest.raises(shirube.InputError, match=r'117 x 117 px, its camera is calibrated for 235 x 235 px; '):
         localizer.locate(image[:117, :117], camera)
 
 

@@ -65,9 +65,7 @@ def test_ascii_terminal_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     assert printed == b'0.5 ?\n'
 
 
-@pytest.mark.parametrize(
-    ('number', 'said'), [(errno.ENOSPC, 'the disk is full'), (errno.EROFS, 'folder of your own')]
-)
+@pytest.mark.parametrize(('number', 'said'), [(errno.ENOSPC, 'the disk is full'), (errno.EROFS, 'folder of your own')])
 def test_refusal_of_the_disk_is_one_line_with_the_remedy(
     number: int, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -83,12 +81,9 @@ def test_refusal_of_the_disk_is_one_line_with_the_remedy(
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'program'),
-    [(['paper_tables', '--tables', '1'], 'paper_tables.py'), (['--tables'], '_run_all.py')],
+    ('arguments', 'program'), [(['paper_tables', '--tables', '1'], 'paper_tables.py'), (['--tables'], '_run_all.py')]
 )
-def test_tables_of_a_benchmark_are_its_own(
-    arguments: list[str], program: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tables_of_a_benchmark_are_its_own(arguments: list[str], program: str, monkeypatch: pytest.MonkeyPatch) -> None:
     commands: list[list[str]] = []
 
     def note(command: list[str], **_: object) -> subprocess.CompletedProcess[bytes]:
@@ -104,7 +99,5 @@ def test_tables_of_a_benchmark_are_its_own(
 def test_list_names_executables_and_benchmarks(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(['list']) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert [line.split() for line in lines if 'shirube_bags' in line] == [
-        ['shirube_bags', 'check,', 'play,', 'record']
-    ]
+    assert [line.split() for line in lines if 'shirube_bags' in line] == [['shirube_bags', 'check,', 'play,', 'record']]
     assert '  tracking' in lines

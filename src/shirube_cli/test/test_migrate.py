@@ -64,9 +64,7 @@ def test_a_former_name_is_nobodys_present_name() -> None:
         assert not names & former_names(node).keys()
 
 
-def test_the_command_rewrites_and_repeats_without_a_change(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_rewrites_and_repeats_without_a_change(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / 'robot.yaml'
     path.write_text(OLD)
     assert migrate(['--dry-run', str(path)]) == 0

@@ -61,9 +61,7 @@ def tell(root: Path) -> str:
     return subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout.strip()
 
 
-def test_failing_build_is_tried_again_a_changed_package_is_built_again_and_an_unchanged_one_is_not(
-    root: Path,
-) -> None:
+def test_failing_build_is_tried_again_a_changed_package_is_built_again_and_an_unchanged_one_is_not(root: Path) -> None:
     setup = root / 'src/probe/setup.py'
     setup.write_text('raise SystemExit("broken on purpose")')
     with pytest.raises(CommandError, match='colcon build failed'):

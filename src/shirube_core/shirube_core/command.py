@@ -43,9 +43,7 @@ def add_settings(parser: argparse.ArgumentParser, cls: type, names: Collection[s
         about = f'{each.description}{choices}{unit}'.replace('%', '%%')
         option, help_text = f'--{each.name.replace("_", "-")}', f'{about} (default: %(default)s)'
         if each.type is bool:
-            parser.add_argument(
-                option, action=argparse.BooleanOptionalAction, default=each.default, help=help_text
-            )
+            parser.add_argument(option, action=argparse.BooleanOptionalAction, default=each.default, help=help_text)
         else:
             parser.add_argument(option, type=each.type, default=each.default, help=help_text)
         if each.former_name:

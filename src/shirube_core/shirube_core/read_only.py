@@ -18,11 +18,7 @@ def ensure_numba_cache(package_file: str) -> None:
         package_file: ``__file__`` of the package with the kernels.
     """
     home = os.environ.get('XDG_CACHE_HOME') or '~/.cache'
-    own = [
-        os.environ.get('NUMBA_CACHE_DIR', ''),
-        str(Path(package_file).parent / '__pycache__'),
-        f'{home}/numba',
-    ]
+    own = [os.environ.get('NUMBA_CACHE_DIR', ''), str(Path(package_file).parent / '__pycache__'), f'{home}/numba']
     if not _is_any_writable(own):
         _use_temporary('NUMBA_CACHE_DIR', 'numba', 'compiled kernels are lost when /tmp is cleared')
         if 'numba' in sys.modules:
@@ -60,6 +56,4 @@ def _use_temporary(variable: str, name: str, loss: str) -> None:
     except FileExistsError:
         folder = Path(tempfile.mkdtemp(prefix=f'shirube-{name}-'))
     os.environ[variable] = str(folder)
-    sys.stderr.write(
-        f'warning: home and installation are read-only: {loss}; set {variable} to a writable folder\n'
-    )
+    sys.stderr.write(f'warning: home and installation are read-only: {loss}; set {variable} to a writable folder\n')

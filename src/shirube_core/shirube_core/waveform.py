@@ -140,8 +140,7 @@ def waveform_to_csv(waveform: Waveform) -> str:
     times = [*waveform.times.tolist(), waveform.period]
     levels = [*waveform.levels.tolist(), waveform.levels[0].tolist()]
     rows = [
-        ','.join([repr(time), *(f'{level:.17g}' for level in row)])
-        for time, row in zip(times, levels, strict=True)
+        ','.join([repr(time), *(f'{level:.17g}' for level in row)]) for time, row in zip(times, levels, strict=True)
     ]
     return '\n'.join([_HEADERS[waveform.parts], *rows]) + '\n'
 

@@ -6,13 +6,7 @@ from typing import Any
 
 import pytest
 
-from shirube_core.settings import (
-    SettingsError,
-    describe_settings,
-    reject_former_option,
-    setting,
-    settings_from_values,
-)
+from shirube_core.settings import SettingsError, describe_settings, reject_former_option, setting, settings_from_values
 
 
 @dataclass(frozen=True)
@@ -49,9 +43,7 @@ def test_bad_values_and_unknown_names_are_refused(values: dict[str, Any], words:
         settings_from_values(Floor, values)
 
 
-def test_a_former_option_ends_with_its_new_name_and_the_help_shows_no_other(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_a_former_option_ends_with_its_new_name_and_the_help_shows_no_other(capsys: pytest.CaptureFixture[str]) -> None:
     parser = argparse.ArgumentParser(prog='tool')
     parser.add_argument('--submap-length', type=float, default=2.0)
     reject_former_option(parser, 'piece_length', 'submap_length')

@@ -26,9 +26,7 @@ def test_the_default_mount_has_the_image_top_ahead_and_the_image_left_on_the_lef
     camera = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
     rays = camera.rays_from_pixels([[117.0, 0.0], [0.0, 117.0]])
     reach = 117.0 / 339.44 * 0.13
-    np.testing.assert_allclose(
-        CameraMount().floor_points_from_rays(rays), [[reach, 0.0], [0.0, reach]], atol=1e-12
-    )
+    np.testing.assert_allclose(CameraMount().floor_points_from_rays(rays), [[reach, 0.0], [0.0, reach]], atol=1e-12)
 
 
 def test_floor_points_are_where_the_rays_to_them_meet_the_floor():

@@ -63,9 +63,7 @@ def test_a_shift_of_time_changes_nothing(shift, ahead):
     stamp = BEGIN + ahead
     assert shifted.pose_at(stamp + shift) == buffer.pose_at(stamp)
     assert shifted.motion(BEGIN + shift, stamp + shift) == buffer.motion(BEGIN, stamp)
-    here, there = (
-        motion_between(b.lookup(BEGIN + s), b.lookup(stamp + s)) for b, s in ((buffer, 0), (shifted, shift))
-    )
+    here, there = (motion_between(b.lookup(BEGIN + s), b.lookup(stamp + s)) for b, s in ((buffer, 0), (shifted, shift)))
     assert here == there
 
 

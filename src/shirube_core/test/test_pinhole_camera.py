@@ -75,9 +75,7 @@ def test_rectification_maps_are_the_pixels_of_the_rectified_rays(camera: Pinhole
     assert np.isfinite(v).all()
     make = cv2.fisheye if camera.model is EQUIDISTANT else cv2
     size = (camera.width, camera.height)
-    expected = make.initUndistortRectifyMap(
-        camera.matrix, np.array(camera.distortion), R, matrix, size, cv2.CV_32FC1
-    )
+    expected = make.initUndistortRectifyMap(camera.matrix, np.array(camera.distortion), R, matrix, size, cv2.CV_32FC1)
     middle = np.s_[camera.height // 4 : -camera.height // 4, camera.width // 4 : -camera.width // 4]
     np.testing.assert_allclose(u[middle], expected[0][middle], atol=1e-3)
     np.testing.assert_allclose(v[middle], expected[1][middle], atol=1e-3)
@@ -93,9 +91,7 @@ def test_distortion_is_the_published_polynomial() -> None:
     np.testing.assert_allclose(STRONG_LENS.pixels_from_points([[x, y, 1.0]]), [[u, v]], atol=1e-9)
 
 
-@pytest.mark.parametrize(
-    'bad', [{'fx': 0.0}, {'fy': -1.0}, {'cx': math.nan}, {'width': 0}, {'distortion': (0.0,) * 8}]
-)
+@pytest.mark.parametrize('bad', [{'fx': 0.0}, {'fy': -1.0}, {'cx': math.nan}, {'width': 0}, {'distortion': (0.0,) * 8}])
 def test_impossible_intrinsics_are_refused(bad: dict[str, float]) -> None:
     good = {'width': 10, 'height': 10, 'fx': 1.0, 'fy': 1.0, 'cx': 5.0, 'cy': 5.0}
     with pytest.raises(ValueError, match=r'size|finite|focal|8 numbers instead of'):

@@ -38,18 +38,11 @@ def run(folder: Path, *, home: str, **environment: str) -> subprocess.CompletedP
     known = {name: value for name, value in os.environ.items() if name not in left_out}
     known |= {'HOME': home, 'TMPDIR': str(folder / 'tmp')} | environment
     return subprocess.run(
-        [sys.executable, '-B', '-c', 'import hall'],
-        env=known,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, '-B', '-c', 'import hall'], env=known, cwd=folder, capture_output=True, text=True, check=False
     )
 
 
-def test_without_a_writable_folder_kernels_go_to_a_private_temporary_one_with_a_warning(
-    tmp_path: Path,
-) -> None:
+def test_without_a_writable_folder_kernels_go_to_a_private_temporary_one_with_a_warning(tmp_path: Path) -> None:
     for _ in range(2):
         done = run(tmp_path, home='/proc/none', NUMBA_CACHE_DIR='/proc/none')
         assert (done.returncode, done.stdout) == (0, '4\n'), done.stderr

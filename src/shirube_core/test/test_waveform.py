@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from shirube_core.waveform import (
-    LightWaveformError,
-    Waveform,
-    waveform_from_csv,
-    waveform_from_steps,
-    waveform_to_csv,
-)
+from shirube_core.waveform import LightWaveformError, Waveform, waveform_from_csv, waveform_from_steps, waveform_to_csv
 
 UNEVEN = waveform_from_steps([0.7e-3, 0.2e-3, 1.1e-3], [[1.0, 0.0], [0.25, 1.0], [0.0, 0.5]])
 

@@ -81,9 +81,7 @@ class CallbackGuard:
         except Exception as error:  # noqa: BLE001 a bug must not end the robot's node
             if self._node.context.ok() and count.reject(f'{type(error).__name__} in {topic}'):
                 # Otherwise the node is shutting down.
-                self._node.get_logger().error(
-                    f'internal error in callback of {topic}:\n{traceback.format_exc()}'
-                )
+                self._node.get_logger().error(f'internal error in callback of {topic}:\n{traceback.format_exc()}')
             return ' '.join(f'{type(error).__name__}: {error}'.split())
         return None
 

@@ -97,9 +97,7 @@ def check_arguments(name: str, arguments: Sequence[str]) -> list[str]:
 def _stray_message(others: Sequence[str]) -> str:
     for option, value in pairwise([*others, '']):
         if option in ('-p', '--param', '-r', '--remap', '--params-file'):
-            return (
-                f'{option} {value} has no effect here; write --ros-args {option} {value} (--help shows how)'
-            )
+            return f'{option} {value} has no effect here; write --ros-args {option} {value} (--help shows how)'
     return (
         f'argument {others[0]!r} has no effect; a node takes parameters, such as --ros-args -p name:={others[0]} '
         '(--help lists them)'

@@ -95,9 +95,7 @@ class Frames:
             raise FrameError(refusal if self._tf2 is None else f'{refusal} ({self._missing(target, source)})')
         return found
 
-    def pose_to(
-        self, target: str, header: Header, pose: SE2, refusal: str, *, is_latest_valid: bool = False
-    ) -> SE2:
+    def pose_to(self, target: str, header: Header, pose: SE2, refusal: str, *, is_latest_valid: bool = False) -> SE2:
         """Return a pose of a message in the frame that is needed; arguments and errors as in `to`."""
         if header.frame_id in ('', target):
             return pose
@@ -177,6 +175,4 @@ def _is_same(T_base_camera: SE3, mount: CameraMount) -> bool:
 
 
 def _planar(T: SE3) -> SE2:
-    return SE2(
-        float(T.position[0]), float(T.position[1]), float(np.arctan2(T.rotation[1, 0], T.rotation[0, 0]))
-    )
+    return SE2(float(T.position[0]), float(T.position[1]), float(np.arctan2(T.rotation[1, 0], T.rotation[0, 0])))

@@ -69,9 +69,7 @@ def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
     if width * height == 0:
         return np.empty((0, 3), dtype=np.float32)
     if step < max(ends) or row_step < width * step:
-        raise PointCloudError(
-            f'{topic} has point_step or row_step too small for its fields; correct its publisher'
-        )
+        raise PointCloudError(f'{topic} has point_step or row_step too small for its fields; correct its publisher')
     if len(message.data) < row_step * (height - 1) + width * step:
         raise PointCloudError(f'{topic} is truncated; check its publisher and the network')
     points = np.empty((height, width, 3), dtype=np.float32)

@@ -61,9 +61,7 @@ class StoppableNode(Protocol):
         """Do the final action; called once before shutdown, while the publishers still work."""
 
 
-def run_node(
-    name: str, create_node: Callable[[], Node], start_errors: tuple[type[Exception], ...] = ()
-) -> int:
+def run_node(name: str, create_node: Callable[[], Node], start_errors: tuple[type[Exception], ...] = ()) -> int:
     """Run a node until a signal ends it; a `StoppableNode` is stopped then. ``--help`` prints help instead.
 
     Args:

@@ -48,9 +48,7 @@ def declare_parameters(node: Node, cls: type[Settings], *, allow_tuning: bool = 
     return settings
 
 
-def change_settings(
-    node: Node, settings: Mapping[type, object], parameters: Sequence[Parameter]
-) -> dict[type, object]:
+def change_settings(node: Node, settings: Mapping[type, object], parameters: Sequence[Parameter]) -> dict[type, object]:
     """Return the settings, by class, that changed parameters of a node belong to, with the new values.
 
     Raises:
@@ -95,9 +93,7 @@ def parameters_of(settings: Mapping[type, object], parameters: Sequence[Paramete
     """Return parameters with the values of the settings, whose types are those that were declared."""
     names = {description.name: cls for cls in settings for description in describe_settings(cls)}
     return [
-        Parameter(each.name, value=_value_of(settings[names[each.name]], each.name))
-        if each.name in names
-        else each
+        Parameter(each.name, value=_value_of(settings[names[each.name]], each.name)) if each.name in names else each
         for each in parameters
     ]
 
@@ -160,9 +156,6 @@ def _descriptor(description: SettingDescription) -> ParameterDescriptor:
         least, most = -math.inf if low is None else float(low), math.inf if high is None else float(high)
         descriptor.floating_point_range = [FloatingPointRange(from_value=least, to_value=most)]
     elif description.type is int:
-        first, last = (
-            -_INT64_MAX if low is None else math.ceil(low),
-            _INT64_MAX if high is None else math.floor(high),
-        )
+        first, last = (-_INT64_MAX if low is None else math.ceil(low), _INT64_MAX if high is None else math.floor(high))
         descriptor.integer_range = [IntegerRange(from_value=first, to_value=last)]
     return descriptor

@@ -4,14 +4,7 @@ import math
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import (
-    Point,
-    Pose,
-    PoseStamped,
-    PoseWithCovariance,
-    PoseWithCovarianceStamped,
-    Quaternion,
-)
+from geometry_msgs.msg import Point, Pose, PoseStamped, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion
 from nav_msgs.msg import Odometry
 from numpy.typing import ArrayLike, NDArray
 from std_msgs.msg import Header
@@ -43,9 +36,7 @@ def pose_stamped(pose: SE2, header: Header) -> PoseStamped:
     return PoseStamped(header=header, pose=pose_message(pose))
 
 
-def pose_with_covariance_stamped(
-    pose: SE2, covariance: ArrayLike, header: Header
-) -> PoseWithCovarianceStamped:
+def pose_with_covariance_stamped(pose: SE2, covariance: ArrayLike, header: Header) -> PoseWithCovarianceStamped:
     """Return the pose of a robot in the header's frame with its covariance, shape (3, 3), of (x, y, yaw)."""
     return PoseWithCovarianceStamped(header=header, pose=pose_with_covariance_message(pose, covariance))
 
@@ -93,8 +84,7 @@ def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tupl
     if (
         not np.isfinite(covariance).all()
         or not (
-            np.abs(covariance - covariance.T)
-            <= 1e-8 + 1e-5 * np.abs(covariance)  # np.allclose takes twice as long
+            np.abs(covariance - covariance.T) <= 1e-8 + 1e-5 * np.abs(covariance)  # np.allclose takes twice as long
         ).all()
     ):
         raise PoseError(f'{topic} holds a covariance that is not finite and symmetric; check its publisher')

@@ -27,13 +27,10 @@ def rays_from_scan(message: LaserScan, topic: str) -> ScanRays:
         ScanError: limits or angles that are not finite or contradict each other.
     """
     low, high, first, step = (
-        float(value)
-        for value in (message.range_min, message.range_max, message.angle_min, message.angle_increment)
+        float(value) for value in (message.range_min, message.range_max, message.angle_min, message.angle_increment)
     )
     if not all(map(math.isfinite, (low, high, first, step))) or step == 0.0:
-        raise ScanError(
-            f'{topic} has limits or angles that are not finite, or a step of 0; check its publisher'
-        )
+        raise ScanError(f'{topic} has limits or angles that are not finite, or a step of 0; check its publisher')
     if not 0.0 <= low < high:
         raise ScanError(f'{topic} has a range_min that is not below range_max; check its publisher')
     ranges = np.array(message.ranges, dtype=np.float64)

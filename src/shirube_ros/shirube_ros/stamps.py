@@ -60,9 +60,7 @@ class StampValidator:
         self._check_clock(stamp, topic)
         state = self._topics.setdefault(topic, _Topic(stamp))
         if stamp < state.latest and not self._is_new_time(stamp, state):
-            raise StampError(
-                f'{topic} came out of order or late; check the network and the stamps of its publisher'
-            )
+            raise StampError(f'{topic} came out of order or late; check the network and the stamps of its publisher')
         # A topic in the known time contradicts a jump.
         for each in self._topics.values():
             each.run_length = 0

@@ -38,9 +38,7 @@ class TransformPublisher:
         message = TransformStamped(
             header=Header(stamp=stamp, frame_id=parent),
             child_frame_id=child,
-            transform=Transform(
-                translation=Vector3(x=place.x, y=place.y, z=place.z), rotation=pose.orientation
-            ),
+            transform=Transform(translation=Vector3(x=place.x, y=place.y, z=place.z), rotation=pose.orientation),
         )
         if self._is_static:
             self._latched[child] = message

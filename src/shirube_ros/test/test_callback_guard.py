@@ -68,9 +68,7 @@ def fail_to_serve() -> str:
         (fail_to_serve, False, "ValueError: '/' has an empty name"),
     ],
 )
-def test_every_call_is_answered_in_one_line(
-    graph: IsolatedGraph, work: object, success: bool, message: str
-) -> None:
+def test_every_call_is_answered_in_one_line(graph: IsolatedGraph, work: object, success: bool, message: str) -> None:
     node = graph.node('server')
     guard = CallbackGuard(node)
     create_trigger_service(node, guard, '~/save', work)

@@ -71,9 +71,7 @@ def message_of(name: str, bgr: np.ndarray, padding: int = 0, *, big_endian: bool
     height, width = bgr.shape[:2]
     order = ORDERS.get(name) or ORDERS.get(name.rstrip('0123456789'))
     if order is not None:
-        numbers = np.dstack([bgr, np.full((height, width), 7, np.uint8)])[..., list(order)].reshape(
-            height, -1
-        )
+        numbers = np.dstack([bgr, np.full((height, width), 7, np.uint8)])[..., list(order)].reshape(height, -1)
     else:
         numbers = rows_of(name, bgr)
     if '16' in name:

@@ -61,11 +61,7 @@ def test_the_file_of_camera_calibration_is_read(tmp_path: Path) -> None:
         ('camera_matrix', {'data': [float('nan')] * 9}, 'not finite numbers'),
         ('camera_matrix', {'data': [10**400] * 9}, 'not finite numbers'),
         ('camera_matrix', {'data': [-1.0, 0, 1, 0, -1.0, 1, 0, 0, 1]}, 'must be positive'),
-        (
-            'distortion_coefficients',
-            {'data': ['a']},
-            'distortion_coefficients has values that are not finite',
-        ),
+        ('distortion_coefficients', {'data': ['a']}, 'distortion_coefficients has values that are not finite'),
         ('distortion_coefficients', [0] * 5, 'distortion_coefficients with its data is missing'),
         ('distortion_model', 'fisheye', "unknown distortion model 'fisheye'"),
         ('distortion_coefficients', {'data': [0.1]}, "'plumb_bob' with 1 numbers instead of 0 or 4 or 5"),
@@ -98,9 +94,7 @@ def test_a_folder_gives_its_images_by_name_and_files_stay_in_their_order(tmp_pat
 
 
 @pytest.mark.parametrize('shape', [(20, 30), (20, 30, 3), (20, 30, 4)])
-def test_pixels_come_back_as_they_were_written_without_transparency(
-    tmp_path: Path, shape: tuple[int, ...]
-) -> None:
+def test_pixels_come_back_as_they_were_written_without_transparency(tmp_path: Path, shape: tuple[int, ...]) -> None:
     original = picture(*shape)
     cv2.imwrite(str(tmp_path / 'image.png'), original)
     opaque = original[..., :3] if original.ndim == 3 else original

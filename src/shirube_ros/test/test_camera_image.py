@@ -12,12 +12,7 @@ from numba import typeof
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_ros.camera.image import (
-    array_from_compressed_image,
-    array_from_image,
-    depth_from_image,
-    image_from_array,
-)
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image, depth_from_image, image_from_array
 from shirube_ros.errors import ImageError
 
 RNG = np.random.default_rng(5)
@@ -77,11 +72,7 @@ def test_the_last_row_needs_no_padding() -> None:
 @pytest.mark.parametrize(
     ('read', 'change', 'words'),
     [
-        (
-            array_from_image,
-            {'encoding': '32FC1'},
-            r"front has the encoding '32FC1'; .* mono8 or bgr8",
-        ),
+        (array_from_image, {'encoding': '32FC1'}, r"front has the encoding '32FC1'; .* mono8 or bgr8"),
         (array_from_image, {'encoding': ''}, r"encoding ''"),
         (array_from_image, {'height': 0}, r'is empty, 5 x 0 px'),
         (array_from_image, {'step': 4}, r'rows of 4 bytes \(step\), 5 px of mono8 need 5'),

@@ -44,17 +44,11 @@ def test_missing_coefficients_are_zero(model: str) -> None:
         ({'k': [math.nan, *K[1:]]}, r'not finite'),
         ({'width': 0}, r'image size is 0 x 230'),
         ({'d': [math.inf, *D[1:]]}, r'not finite'),
-        (
-            {'distortion_model': 'division'},
-            r"'division'; calibrate with one of plumb_bob, rational_.*, equidis",
-        ),
+        ({'distortion_model': 'division'}, r"'division'; calibrate with one of plumb_bob, rational_.*, equidis"),
         ({'distortion_model': 'equidistant'}, r"'equidistant' with 5 numbers instead of 4; calibrate"),
         ({'distortion_model': 'rational_polynomial'}, r'with 5 numbers instead of 8 or 12 or 14'),
         ({'d': D[:3]}, r"'plumb_bob' with 3 numbers instead of 0 or 4 or 5"),
-        (
-            {'roi': RegionOfInterest(x_offset=200, width=100, height=9)},
-            r'100 x 9 px at \(200, 0\) in an image',
-        ),
+        ({'roi': RegionOfInterest(x_offset=200, width=100, height=9)}, r'100 x 9 px at \(200, 0\) in an image'),
     ],
 )
 def test_bad_calibrations_are_refused_with_the_remedy(changes: dict[str, Any], words: str) -> None:
@@ -65,12 +59,7 @@ def test_bad_calibrations_are_refused_with_the_remedy(changes: dict[str, Any], w
 
 @pytest.mark.parametrize(
     ('model', 'count'),
-    [
-        ('rational_polynomial', 8),
-        ('rational_polynomial', 12),
-        ('rational_polynomial', 14),
-        ('equidistant', 4),
-    ],
+    [('rational_polynomial', 8), ('rational_polynomial', 12), ('rational_polynomial', 14), ('equidistant', 4)],
 )
 def test_other_models_keep_their_coefficients(model: str, count: int) -> None:
     d = [0.01 * (i + 1) for i in range(count)]

@@ -72,9 +72,7 @@ def test_a_compressed_image_arrives_also_remapped(graph: IsolatedGraph, remappin
 
 
 @pytest.mark.parametrize('first', ['raw', 'compressed'])
-def test_of_two_kinds_the_first_is_kept_and_the_other_no_longer_subscribed_to(
-    graph: IsolatedGraph, first: str
-) -> None:
+def test_of_two_kinds_the_first_is_kept_and_the_other_no_longer_subscribed_to(graph: IsolatedGraph, first: str) -> None:
     pair = Pair(graph, 'auto')
     messages = {
         'raw': ('image_raw', image_from_array(PIXELS, Header())),

@@ -33,10 +33,7 @@ def test_reports_carry_status_values_and_counts(graph: IsolatedGraph) -> None:
     reports = Reports(graph, Status(Level.OK, 'fix', {'match rate': '0.97'}))
     report = reports.next()
     assert (report.name, report.level, report.message) == ('talker: status', DiagnosticStatus.OK, 'fix')
-    assert {value.key: value.value for value in report.values} == {
-        'match rate': '0.97',
-        'image_raw received': '3',
-    }
+    assert {value.key: value.value for value in report.values} == {'match rate': '0.97', 'image_raw received': '3'}
 
 
 @pytest.mark.parametrize(('level', 'with_refusal'), [(Level.OK, Level.WARN), (Level.ERROR, Level.ERROR)])

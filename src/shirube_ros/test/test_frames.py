@@ -102,9 +102,7 @@ def test_the_default_serves_only_if_tf_stays_without_the_camera(
     assert_same(frames.mount(at(11), DEFAULT), EXPECTED)
 
 
-def test_an_image_newer_than_tf_is_refused(
-    graph: IsolatedGraph, tf: MemoryTf, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_image_newer_than_tf_is_refused(graph: IsolatedGraph, tf: MemoryTf, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(frames_module, '_STARTUP', -1.0)
     join_camera(tf, is_static=False)
     tf.latest = 10.5

@@ -23,9 +23,7 @@ class Watched:
         self._guard = CallbackGuard(self.node)
         self.watch = InputWatch(self.node, self._guard.counts)
         self.watch.add('number', need, remedy='change stamped')
-        self.node.create_subscription(
-            Float64, 'number', self._guard.guard('number', self._take), pose_profile()
-        )
+        self.node.create_subscription(Float64, 'number', self._guard.guard('number', self._take), pose_profile())
         self.watch.start()
         self._publisher_node = graph.node('publisher')
 
@@ -85,9 +83,7 @@ def test_what_lacks_is_reported_once_by_need(
         assert words.count(line) == 1
 
 
-def test_another_type_is_reported_with_its_remedy(
-    graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_another_type_is_reported_with_its_remedy(graph: IsolatedGraph, monkeypatch: pytest.MonkeyPatch) -> None:
     watched = Watched(graph, Need.REQUEST)
     offer = SimpleNamespace(topic_type='std_msgs/msg/String')  # both types cannot share this process
     monkeypatch.setattr(watched.node, 'get_publishers_info_by_topic', lambda _: [offer])

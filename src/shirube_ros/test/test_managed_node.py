@@ -89,9 +89,7 @@ class Manager:
         self._client = graph.node('manager')
         self._input = self._client.create_publisher(Float64, 'in', 10)
         self.received: list[float] = []
-        self._client.create_subscription(
-            Float64, '/scaler/out', lambda message: self.received.append(message.data), 10
-        )
+        self._client.create_subscription(Float64, '/scaler/out', lambda message: self.received.append(message.data), 10)
 
     def call(self, kind: type, name: str, request: Any) -> Any:
         client = self._client.create_client(kind, f'/scaler/{name}')
@@ -123,9 +121,7 @@ class Manager:
 def test_a_manager_takes_the_node_through_its_states_and_back(graph: IsolatedGraph) -> None:
     manager = Manager(graph, autostart=False)
     node = manager.node
-    before = [
-        len([*entities]) for entities in (node.subscriptions, node.publishers, node.timers, node.services)
-    ]
+    before = [len([*entities]) for entities in (node.subscriptions, node.publishers, node.timers, node.services)]
     for _ in range(2):
         assert node.lifecycle_state == 'unconfigured'
         assert manager.change('configure')
@@ -192,10 +188,7 @@ def test_a_tunable_parameter_holds_from_the_next_message_on_and_is_checked_as_at
         ({'factor': 'wide'}, "setting factor is 'wide', it must be a number"),
         ({'factor': 4.0, 'limits__least': -1.0}, 'setting limits.least is -1.0, allowed is 0 to 10'),
         ({'factor': 4.0, 'limits__least': 6.0}, 'least is greater than most; exchange them'),
-        (
-            {'factor': 4.0, 'file': 'x.csv'},
-            'file can only be set at start: restart the node with file:=x.csv',
-        ),
+        ({'factor': 4.0, 'file': 'x.csv'}, 'file can only be set at start: restart the node with file:=x.csv'),
         ({'factr': 4.0}, 'parameter factr does not exist, did you mean factor?'),
         ({'nonsense': 4.0}, 'parameter nonsense does not exist in this node'),
         ({'factor': 4.0, 'file': None}, 'file can only be set at start'),  # ros2 param delete

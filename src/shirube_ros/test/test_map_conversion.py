@@ -37,9 +37,7 @@ POINTS = np.random.default_rng(1).normal(size=(35, 3)).astype(np.float32)
 
 def padded_cloud() -> PointCloud2:
     """A cloud of 5 x 7 points as double numbers in other places, with gaps after points and rows."""
-    kind = np.dtype(
-        {'names': ['z', 'x', 'y'], 'formats': ['<f8'] * 3, 'offsets': [4, 12, 20], 'itemsize': 32}
-    )
+    kind = np.dtype({'names': ['z', 'x', 'y'], 'formats': ['<f8'] * 3, 'offsets': [4, 12, 20], 'itemsize': 32})
     rows = np.zeros((5, 8), dtype=kind)
     for axis, name in enumerate('xyz'):
         rows[name][:, :7] = POINTS[:, axis].reshape(5, 7)
@@ -71,10 +69,7 @@ def test_gaps_and_double_numbers_are_understood() -> None:
         ({'point_step': 12}, 'too small'),
         ({'row_step': 100}, 'too small'),
         ({'height': 6}, 'truncated'),
-        (
-            {'fields': [PointField(name='x', datatype=PointField.INT16, count=1)]},
-            'no float type',
-        ),
+        ({'fields': [PointField(name='x', datatype=PointField.INT16, count=1)]}, 'no float type'),
     ],
 )
 def test_clouds_that_do_not_fit_are_refused(change: dict[str, object], words: str) -> None:

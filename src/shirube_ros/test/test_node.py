@@ -44,11 +44,7 @@ STOPPED = 'stopped while publishers work'
         (signal.SIGTERM, 2, 'slow', []),
         (signal.SIGINT, 2, 'compiling', []),
         (signal.SIGTERM, 1, 'compiling', []),
-        *(
-            (number, times, 'none', [STOPPED])
-            for number in (signal.SIGINT, signal.SIGTERM)
-            for times in (1, 2)
-        ),
+        *((number, times, 'none', [STOPPED]) for number in (signal.SIGINT, signal.SIGTERM) for times in (1, 2)),
         *((signal.SIGINT, times, 'busy', ['worked to the end', STOPPED]) for times in (1, 2)),
     ],
 )
@@ -143,9 +139,7 @@ def test_a_home_that_cannot_be_written_to_is_a_warning(environment: dict[str, st
 
 
 @pytest.mark.parametrize('arguments', [['-p', 'rate'], ['--params-file', 'none.yaml'], ['-r', '__node:=a b']])
-def test_bad_ros_arguments_end_in_one_line_and_exit_code_1(
-    environment: dict[str, str], arguments: list[str]
-) -> None:
+def test_bad_ros_arguments_end_in_one_line_and_exit_code_1(environment: dict[str, str], arguments: list[str]) -> None:
     program = start(environment, '--ros-args', *arguments)
     _, errors = program.communicate(timeout=20)
     assert program.returncode == 1

@@ -91,9 +91,7 @@ def test_a_former_name_is_rejected_with_the_new_one(graph: IsolatedGraph) -> Non
         settings_of(graph, **{'dots.width': 0.01})
 
 
-def test_a_parameter_of_another_node_is_only_warned_of(
-    graph: IsolatedGraph, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_parameter_of_another_node_is_only_warned_of(graph: IsolatedGraph, capfd: pytest.CaptureFixture[str]) -> None:
     node, _ = settings_of(graph, wheel_radius=0.1)
     reject_misspelled_parameters(node)
     assert 'wheel_radius does not exist in this node' in capfd.readouterr().err

@@ -24,8 +24,7 @@ def test_each_kind_of_range_has_its_meaning() -> None:
 
 
 @pytest.mark.parametrize(
-    'changes',
-    [{'angle_increment': 0.0}, {'range_max': math.nan}, {'range_min': 9.0}, {'angle_min': math.inf}],
+    'changes', [{'angle_increment': 0.0}, {'range_max': math.nan}, {'range_min': 9.0}, {'angle_min': math.inf}]
 )
 def test_limits_that_contradict_each_other_are_refused(changes: dict[str, float]) -> None:
     with pytest.raises(ScanError, match='check its publisher'):

@@ -32,9 +32,7 @@ class Watched:
                 self.order.check(header(stamp), topic)
 
 
-@pytest.mark.parametrize(
-    'now', [None, lambda: 0.0]
-)  # before simulated time begins there is nothing to compare with
+@pytest.mark.parametrize('now', [None, lambda: 0.0])  # before simulated time begins there is nothing to compare with
 def test_stamps_may_grow_and_repeat_and_topics_are_independent(now: Callable[[], float] | None) -> None:
     watched = Watched(now)
     watched.take('image', 10.0, 10.5, 10.5, 1e9)
@@ -43,8 +41,7 @@ def test_stamps_may_grow_and_repeat_and_topics_are_independent(now: Callable[[],
 
 
 @pytest.mark.parametrize(
-    ('stamp', 'words'),
-    [(99.9, 'came out of order'), (0.0, 'has a stamp of 0'), (151.0, 'has a stamp in the future')],
+    ('stamp', 'words'), [(99.9, 'came out of order'), (0.0, 'has a stamp of 0'), (151.0, 'has a stamp in the future')]
 )
 def test_a_stamp_that_is_no_time_of_now_is_refused_and_the_order_goes_on(stamp: float, words: str) -> None:
     watched = Watched(lambda: 101.0)

@@ -87,9 +87,7 @@ class Board:
     def news(self, seen: Seen) -> str:
         """Return what a page has not yet as the members of a JSON object, empty if there is nothing."""
         members = [
-            f'{json.dumps(name)}:{text}'
-            for name, (version, text) in self._texts.items()
-            if version > seen.version
+            f'{json.dumps(name)}:{text}' for name, (version, text) in self._texts.items() if version > seen.version
         ]
         for name, (version, grid) in self._grids.items():
             if version > seen.version:

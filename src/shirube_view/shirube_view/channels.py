@@ -95,11 +95,7 @@ def plain(value: Any) -> Any:
         return int(value)
     if isinstance(value, np.ndarray | list | tuple):
         return [plain(each) for each in (value.tolist() if isinstance(value, np.ndarray) else value)]
-    return {
-        field.name: plain(getattr(value, field.name))
-        for field in fields(value)
-        if field.name != '__msgtype__'
-    }
+    return {field.name: plain(getattr(value, field.name)) for field in fields(value) if field.name != '__msgtype__'}
 
 
 @dataclass(frozen=True)
@@ -150,10 +146,7 @@ def jpeg(message: Any, topic: str) -> bytes:
     if hasattr(message, 'format'):
         pixels = array_from_compressed_image(message, topic)
     elif message.encoding in ('32FC1', '16UC1'):
-        near = (
-            1.0
-            - np.nan_to_num(depth_from_image(message, topic), nan=_DEPTH_MAX, posinf=_DEPTH_MAX) / _DEPTH_MAX
-        )
+        near = 1.0 - np.nan_to_num(depth_from_image(message, topic), nan=_DEPTH_MAX, posinf=_DEPTH_MAX) / _DEPTH_MAX
         pixels = (255.0 * near.clip(0.0, 1.0)).astype(np.uint8)
     else:
         pixels = array_from_image(message, topic)

@@ -67,9 +67,7 @@ class ViewNode(Node):
         self._initial = self.create_publisher(PoseWithCovarianceStamped, 'initialpose', pose_profile())
         self._stop = self.create_publisher(Bool, 'estop', pose_profile())
         self._simulation = self.create_publisher(String, 'simulation/request', pose_profile())
-        self._callers = {
-            name: self.create_client(Trigger, name) for names in SERVICES.values() for name in names
-        }
+        self._callers = {name: self.create_client(Trigger, name) for names in SERVICES.values() for name in names}
         self.create_timer(_TICK, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def run_soon(self, task: Callable[[], None]) -> None:
@@ -120,9 +118,7 @@ class ViewNode(Node):
                 break
         velocity = self.driver.velocity(monotonic())
         if velocity is not None:
-            self._send_velocity(
-                velocity[0] * self.settings.forward_speed, velocity[1] * self.settings.turn_rate
-            )
+            self._send_velocity(velocity[0] * self.settings.forward_speed, velocity[1] * self.settings.turn_rate)
         self.is_simulated = self._simulation.get_subscription_count() > 0
         watched = set(self.watched)
         for name in self._subscriptions_by_name.keys() - watched:
@@ -134,14 +130,10 @@ class ViewNode(Node):
     def _subscribe(self, channel: Channel) -> Subscription:
         # Best effort: a page that is slow never holds up the robot's nodes.
         depth = 50 if channel.kind is Kind.EVERY else 1
-        loose = QoSProfile(
-            history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT
-        )
+        loose = QoSProfile(history=HistoryPolicy.KEEP_LAST, depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
         profile = map_profile() if channel.is_latched else loose
         put = partial(self.board.put, channel)
-        return self.create_subscription(
-            load_message_class(channel.type), channel.topic, put, profile, raw=True
-        )
+        return self.create_subscription(load_message_class(channel.type), channel.topic, put, profile, raw=True)
 
     def _send_velocity(self, forward: float, turn_rate: float) -> None:
         # Without a stamp it holds whether time is simulated or not.

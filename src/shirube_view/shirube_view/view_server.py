@@ -160,11 +160,7 @@ class ViewServer:
 
     async def _send_updates(self, page: Page) -> None:
         with suppress(ConnectionResetError):
-            hello = {
-                'bags': [bag.name for bag in self._bags],
-                'pictures': PICTURES,
-                'may_command': page.may_command,
-            }
+            hello = {'bags': [bag.name for bag in self._bags], 'pictures': PICTURES, 'may_command': page.may_command}
             await page.socket.send_json({'hello': hello})
             page.is_waiting = bool(self._bags)
             await self._open(page, 0)

@@ -31,9 +31,4 @@ def test_after_a_drive_zeros_are_repeated_and_then_the_topic_is_free():
     driver = Driver(0.2)
     assert driver.velocity(10.0) is None
     driver.drive('page', 1.0, 0.0, 10.0)
-    assert [driver.velocity(10.0 + later) for later in (0.1, 0.21, 0.6, 0.8)] == [
-        (1, 0),
-        (0, 0),
-        (0, 0),
-        None,
-    ]
+    assert [driver.velocity(10.0 + later) for later in (0.1, 0.21, 0.6, 0.8)] == [(1, 0), (0, 0), (0, 0), None]

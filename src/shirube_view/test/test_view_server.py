@@ -67,12 +67,7 @@ IMAGE = {'Sec-Fetch-Site': 'cross-site', 'Sec-Fetch-Mode': 'no-cors', 'Sec-Fetch
 def test_other_sites_and_addresses_that_are_none_are_refused(robot, tmp_path):
     async def attack(client):
         for path in ('/', '/socket', '/static/main.js', '/static/mark.svg'):
-            for headers in (
-                {'Host': '['},
-                {'Host': 'elsewhere.example'},
-                {'Origin': 'http://x.example'},
-                IMAGE,
-            ):
+            for headers in ({'Host': '['}, {'Host': 'elsewhere.example'}, {'Origin': 'http://x.example'}, IMAGE):
                 assert (await client.get(path, headers=headers)).status == 403
         for path in ('/static/../view_server.py', '/static/%2e%2e/view_server.py', '/static/', '/bags', '/x'):
             assert (await client.get(path)).status in (403, 404)
@@ -128,27 +123,11 @@ def test_the_robot_stops_within_a_third_of_a_second_of_its_driver(robot, tmp_pat
 
 def nonsense(rng):
     """Return a random message: text, bytes, or almost a request."""
-    kinds = [
-        'drive',
-        'goal',
-        'initialpose',
-        'call',
-        'simulate',
-        'look',
-        'source',
-        'seek',
-        'speed',
-        'x',
-        7,
-        None,
-        [],
-    ]
+    kinds = ['drive', 'goal', 'initialpose', 'call', 'simulate', 'look', 'source', 'seek', 'speed', 'x', 7, None, []]
     values = [1e999, -1, 0.5, 'map', None, [], {}, True, '9' * 50, -1e400]
     if rng.uniform() < 0.2:
         return bytes(rng.integers(0, 128, 30, dtype=np.uint8)).decode()
-    names = rng.choice(
-        ['x', 'y', 'yaw', 'forward', 'turn', 'name', 'what', 'camera', 'bag', 'time', 'pictures'], 4
-    )
+    names = rng.choice(['x', 'y', 'yaw', 'forward', 'turn', 'name', 'what', 'camera', 'bag', 'time', 'pictures'], 4)
     request = {str(name): values[rng.integers(len(values))] for name in names}
     return json.dumps({'do': kinds[rng.integers(len(kinds))], **request})
 
@@ -170,11 +149,7 @@ def test_ten_thousand_random_messages_neither_end_the_server_nor_move_the_robot(
                     await asyncio.sleep(0)
             listening.cancel()
         async with client.ws_connect('/socket') as socket:
-            for text in (
-                '[' * 30_000,
-                '{"do": "drive", "forward": 2, "turn": 0}',
-                '{"do": "seek", "time": 1}',
-            ):
+            for text in ('[' * 30_000, '{"do": "drive", "forward": 2, "turn": 0}', '{"do": "seek", "time": 1}'):
                 await socket.send_str(text)
                 error = await reply(socket, 'error')
                 assert error.count('\n') == 0

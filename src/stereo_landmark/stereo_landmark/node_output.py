@@ -29,8 +29,7 @@ def displacement_message(fix: LandmarkFix, stamp: Time, base_frame: str) -> Tran
         header=Header(stamp=stamp, frame_id=fix.place.name),
         child_frame_id=base_frame,
         transform=Transform(
-            translation=Vector3(x=pose.x, y=pose.y, z=fix.displacement.height),
-            rotation=Quaternion(x=x, y=y, z=z, w=w),
+            translation=Vector3(x=pose.x, y=pose.y, z=fix.displacement.height), rotation=Quaternion(x=x, y=y, z=z, w=w)
         ),
     )
 
@@ -112,9 +111,7 @@ def _draw_cross(picture: NDArray[np.uint8], place: NDArray[np.float64], colour: 
         cv2.line(picture, begin.tolist(), end.tolist(), colour, 1, cv2.LINE_AA, _SUBPIXEL_BITS)
 
 
-def _draw_text(
-    picture: NDArray[np.uint8], text: str, place: tuple[int, int], colour: tuple[int, int, int]
-) -> None:
+def _draw_text(picture: NDArray[np.uint8], text: str, place: tuple[int, int], colour: tuple[int, int, int]) -> None:
     for shade, width in (((0, 0, 0), 3), (colour, 1)):
         cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, _TEXT_SCALE, shade, width, cv2.LINE_AA)
 

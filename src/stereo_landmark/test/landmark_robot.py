@@ -29,9 +29,7 @@ class Robot:
         streams: streams that a fake node asked for; their calls are recorded, and they have no fix unless one is set.
     """
 
-    def __init__(
-        self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any
-    ) -> None:
+    def __init__(self, graph: IsolatedGraph, places: Path, *, is_real: bool = False, **parameters: Any) -> None:
         self._graph = graph
         self.streams: list[Mock] = []
         given = {'places_dir': str(places), 'camera_xyz': list(MOUNT.xyz), **parameters}

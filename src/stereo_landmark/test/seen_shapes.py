@@ -3,12 +3,7 @@
 import math
 
 import numpy as np
-from antialiased_shapes import (
-    coverage,
-    ellipse_intervals,
-    photograph,
-    polygon_intervals,
-)
+from antialiased_shapes import coverage, ellipse_intervals, photograph, polygon_intervals
 
 from stereo_landmark.core.edges.edges import extract_edges, trace_segments
 from stereo_landmark.core.primitives.line_segments import fit_line_segments

@@ -9,11 +9,7 @@ from stereo_calibrations import RealPairs, raw_calibrations, rectified_calibrati
 from taught_wall import HERE, RIG, seen
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
-from stereo_landmark.core.pair.camera_pair import (
-    CameraCalibration,
-    Rectifier,
-    stereo_rig,
-)
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
 from stereo_landmark.core.pair.rectification_check import PairFault, check_pair
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -148,12 +144,9 @@ def test_a_repeated_pattern_is_no_fault(name):
 @pytest.mark.parametrize('rows', [1, -1])
 def test_one_row_is_seen_and_measured_in_a_real_pair(rows):
     pairs = RealPairs()
-    left, right = (
-        Rectifier(each).rectify(image) for each, image in zip(pairs.calibrations, pairs.images('teach'))
-    )
+    left, right = (Rectifier(each).rectify(image) for each, image in zip(pairs.calibrations, pairs.images('teach')))
     checks = [
-        check_pair(left, each, stereo_rig(*pairs.calibrations, MOUNT))
-        for each in (right, np.roll(right, rows, 0))
+        check_pair(left, each, stereo_rig(*pairs.calibrations, MOUNT)) for each in (right, np.roll(right, rows, 0))
     ]
     assert [check.fault for check in checks] == [None, PairFault.NOT_RECTIFIED]
     assert checks[1].row_difference - checks[0].row_difference == pytest.approx(rows, abs=0.05)

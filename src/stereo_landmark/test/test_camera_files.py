@@ -9,11 +9,7 @@ from taught_wall import RAW, SIDES
 
 from shirube_bags.errors import BagError
 from shirube_ros.errors import CalibrationError, CameraInfoError
-from stereo_landmark.files.camera_files import (
-    calibration_from_camera_info,
-    choose_topics,
-    load_camera_calibration,
-)
+from stereo_landmark.files.camera_files import calibration_from_camera_info, choose_topics, load_camera_calibration
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
 KINDS = {'compressed': IMAGE, 'camera_info': INFO, 'imu': 'sensor_msgs/msg/Imu'}
@@ -49,8 +45,7 @@ def test_files_and_messages_give_the_same_calibration(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('change', 'words'),
-    [({'p': np.zeros(12)}, ' is not rectified'), ({'k': np.zeros(9)}, ' is not calibrated')],
+    ('change', 'words'), [({'p': np.zeros(12)}, ' is not rectified'), ({'k': np.zeros(9)}, ' is not calibrated')]
 )
 def test_messages_of_cameras_that_are_not_calibrated_as_a_pair_are_refused(change, words):
     with pytest.raises(CameraInfoError, match=f'right/camera_info{words}'):
@@ -58,8 +53,7 @@ def test_messages_of_cameras_that_are_not_calibrated_as_a_pair_are_refused(chang
 
 
 @pytest.mark.parametrize(
-    ('missing', 'error'),
-    [('projection_matrix', LandmarkFileError), ('camera_matrix', CalibrationError)],
+    ('missing', 'error'), [('projection_matrix', LandmarkFileError), ('camera_matrix', CalibrationError)]
 )
 def test_files_without_rectification_are_refused(tmp_path, missing, error):
     path = write_calibration(tmp_path / 'left.yaml', RAW[0])

@@ -39,9 +39,7 @@ def test_the_papers_equation_takes_taught_points_to_found_ones():
 def test_two_points_are_enough_unless_one_is_above_the_other():
     taught = panel(count=2)
     assert closed_form(taught[:1], taught[:1]) is None
-    assert closed_form(transform(Displacement(0.1, 0.0, 0.0, 3.0), taught), taught).theta_z == pytest.approx(
-        3.0
-    )
+    assert closed_form(transform(Displacement(0.1, 0.0, 0.0, 3.0), taught), taught).theta_z == pytest.approx(3.0)
     above = np.array([[2.0, 0.0, 0.5], [2.0, 0.001, 1.0]])
     assert closed_form(above, above) is None
 

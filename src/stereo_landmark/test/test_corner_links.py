@@ -1,11 +1,7 @@
 import numpy as np
 import pytest
 
-from stereo_landmark.core.primitives.corner import (
-    intersect_lines,
-    intersect_with_covariance,
-    joint_corner_covariance,
-)
+from stereo_landmark.core.primitives.corner import intersect_lines, intersect_with_covariance, joint_corner_covariance
 from stereo_landmark.core.primitives.corner_links import CornerLinks, link_corners, nearest_links
 from stereo_landmark.core.primitives.line_refinement import RefinedLine
 

@@ -17,9 +17,7 @@ from stereo_landmark.core.settings import LandmarkSettings, SearchSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.teacher import Teacher
 
-PANELS = Wall(
-    (Plate(0.35, 0.7, 0.4, 0.3, 80.0), Plate(-0.3, 0.75, 0.3, 0.4, 220.0), Disc(-0.75, 0.6, 0.08, 60.0))
-)
+PANELS = Wall((Plate(0.35, 0.7, 0.4, 0.3, 80.0), Plate(-0.3, 0.75, 0.3, 0.4, 220.0), Disc(-0.75, 0.6, 0.08, 60.0)))
 SIGNS = Wall((Plate(0.1, 0.8, 0.7, 0.2, 60.0), Disc(0.7, 0.6, 0.12, 200.0), Disc(-0.6, 0.6, 0.1, 230.0)))
 STATE = np.array([0.2, -0.1, 0.0, 0.08, 0.0, 0.0])
 

@@ -55,9 +55,7 @@ def test_the_pose_is_found_in_the_place_and_in_the_map(shared_files, tmp_path, c
         (LEANING, ('--tilt', *map(str, LEANING[4:])), 0.01),
     ],
 )
-def test_the_closed_form_the_paper_mode_and_a_tilted_and_raised_robot(
-    files, tmp_path, state, options, accuracy
-):
+def test_the_closed_form_the_paper_mode_and_a_tilted_and_raised_robot(files, tmp_path, state, options, accuracy):
     files.write(seen(state))
     assert main(files.options('--out', str(tmp_path), *options)) == 0
     assert row_of(tmp_path)[1] == pytest.approx(state[:4], abs=accuracy)

@@ -158,9 +158,7 @@ SEVERAL = [(0, 0), (0, 10), (0, 25), (1, 12)]
         (SEVERAL, 20, 5, [(10, 12)]),
     ],
 )
-def test_the_nearest_stamps_within_the_tolerance_make_pairs_left_first(
-    arrivals, tolerance, queue_size, pairs
-):
+def test_the_nearest_stamps_within_the_tolerance_make_pairs_left_first(arrivals, tolerance, queue_size, pairs):
     assert run(StampSynchronizer(tolerance * MILLISECOND, queue_size), *arrivals) == pairs
 
 
@@ -181,10 +179,7 @@ def test_every_image_is_in_one_pair_at_most_though_some_are_lost():
 @pytest.mark.parametrize(
     ('arrivals', 'words'),
     [
-        (
-            ((side, 100 * k + 7 * side) for k in range(5) for side in (0, 1)),
-            'no stamps in common; .*approximate_sync',
-        ),
+        (((side, 100 * k + 7 * side) for k in range(5) for side in (0, 1)), 'no stamps in common; .*approximate_sync'),
         (((1, 100 * k) for k in range(5)), 'right images are received, but no left images'),
     ],
 )

@@ -28,9 +28,7 @@ def teach(wall, kind=PrimitiveKind.ELLIPSE, count=4):
     """Teach the left ones of the primitives of a kind, leftmost surest."""
     view = view_of(wall, np.zeros(6))
     # Gaps between meters and rows of them are quadrilaterals, too.
-    parts = [
-        each for each in from_left(view, kind) if each.polarity < 0 and 18.0 < primitive_size(each) < 35.0
-    ]
+    parts = [each for each in from_left(view, kind) if each.polarity < 0 and 18.0 < primitive_size(each) < 35.0]
     assert len(parts) == 5
     return teach_view(view, {f'part {i}': parts[i] for i in range(count)})
 
@@ -51,9 +49,7 @@ def place():
     return teach(UNEVEN)
 
 
-@pytest.mark.parametrize(
-    ('wall', 'kind'), [(UNEVEN, PrimitiveKind.ELLIPSE), (SQUARES, PrimitiveKind.QUADRILATERAL)]
-)
+@pytest.mark.parametrize(('wall', 'kind'), [(UNEVEN, PrimitiveKind.ELLIPSE), (SQUARES, PrimitiveKind.QUADRILATERAL)])
 @pytest.mark.parametrize('hidden', [None, 0, 2])
 def test_four_of_five_meters_are_found_though_one_is_hidden(wall, kind, hidden):
     """The paper's experiment (section 5) has square ones."""

@@ -44,9 +44,7 @@ def test_polarity_distinguishes_bright_dark_and_steps():
 def test_the_tilt_of_lines_is_that_of_an_undirected_line():
     """Tilts just above -pi/2 and just below pi/2 are near each other."""
     upright = [ParallelLines(6.0, 40.0, tilt, np.zeros(2), 1, np.eye(3), 1.0) for tilt in (1.55, -1.55)]
-    assert difference(*upright, Tolerances()) == pytest.approx(
-        (math.pi - 3.1) / ParallelLinesTolerance().tilt
-    )
+    assert difference(*upright, Tolerances()) == pytest.approx((math.pi - 3.1) / ParallelLinesTolerance().tilt)
 
 
 def test_difference_grows_with_the_width():

@@ -112,9 +112,7 @@ def test_two_points_have_an_honest_covariance(method):
     squares = []
     for _ in range(100):
         left, right = rng.uniform(0.15, 0.8, 2)
-        points = np.array(
-            [[3.0, left, 0.6], [3.0 + rng.uniform(-0.1, 0.1), -right, 0.6 + rng.uniform(-0.3, 0.3)]]
-        )
+        points = np.array([[3.0, left, 0.6], [3.0 + rng.uniform(-0.1, 0.1), -right, 0.6 + rng.uniform(-0.3, 0.3)]])
         state = random_state(rng)
         seen, taught = view(points, state, NOISE, rng), teach(points, NOISE, rng)
         fix = PlaceLocator(RIG, settings).locate(seen, taught)
@@ -139,6 +137,4 @@ def test_two_points_that_outliers_leave_are_not_enough(method):
 def test_two_points_above_each_other_do_not_determine_the_yaw(method):
     rng, points = np.random.default_rng(2), np.array([[3.0, 0.1, 0.5], [3.0, 0.1, 0.9]])
     locator = PlaceLocator(RIG, PlaceSettings(method=method))
-    assert isinstance(
-        locator.locate(view(points, np.zeros(6), 0.05, rng), teach(points, 0.05, rng)), NoPlaceFix
-    )
+    assert isinstance(locator.locate(view(points, np.zeros(6), 0.05, rng), teach(points, 0.05, rng)), NoPlaceFix)

@@ -4,15 +4,7 @@ import numpy as np
 import pytest
 from antialiased_shapes import photograph
 from consistency import mahalanobis
-from seen_shapes import (
-    PRIMITIVES,
-    box,
-    hide,
-    polygon_light,
-    polygon_photo,
-    sides_of,
-    turned_rectangle,
-)
+from seen_shapes import PRIMITIVES, box, hide, polygon_light, polygon_photo, sides_of, turned_rectangle
 
 from stereo_landmark.core.primitives.primitive import Tolerances, difference
 from stereo_landmark.core.primitives.quadrilateral import (

@@ -18,9 +18,7 @@ from stereo_landmark.files.place_file import load_place
 pytestmark = pytest.mark.newest_set_only
 
 CHROMIUM = next(filter(None, map(shutil.which, ('chromium', 'chromium-browser', 'google-chrome'))), None)
-needs_browser = pytest.mark.skipif(
-    CHROMIUM is None, reason='the page is tested in chromium: apt-get install chromium'
-)
+needs_browser = pytest.mark.skipif(CHROMIUM is None, reason='the page is tested in chromium: apt-get install chromium')
 
 
 @pytest.fixture(scope='module')

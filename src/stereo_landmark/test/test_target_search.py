@@ -71,9 +71,7 @@ def test_spacing_alone_identifies_the_visible_meters():
     assert found.found == ('meters/meter 1', 'meters/meter 2', 'meters/meter 3')
 
 
-@pytest.mark.parametrize(
-    'state', [(-0.1, -0.35, 0.05), (0.3, 0.3, -0.1), (0.2, 0.4, -0.15), (-0.3, 0.35, -0.2)]
-)
+@pytest.mark.parametrize('state', [(-0.1, -0.35, 0.05), (0.3, 0.3, -0.1), (0.2, 0.4, -0.15), (-0.3, 0.35, -0.2)])
 @pytest.mark.newest_set_only
 def test_fields_of_a_panel_are_not_mixed_up_with_each_other(state):
     """Sides of adjacent fields are collinear and form additional quadrilaterals."""

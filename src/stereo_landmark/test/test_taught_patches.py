@@ -88,9 +88,7 @@ def halved(images):
     return replace(images, left=left, right=right)
 
 
-@pytest.mark.parametrize(
-    ('images_of', 'off'), [(lambda _: None, 0.0), (halved, 0.0), (lambda kept: kept, 0.4)]
-)
+@pytest.mark.parametrize(('images_of', 'off'), [(lambda _: None, 0.0), (halved, 0.0), (lambda kept: kept, 0.4)])
 def test_without_patches_or_beside_them_the_outlines_stay(place, images_of, off):
     """No images, images of another size, or outlines that disagree with the patches."""
     corners, images = outlines(place, STATES[0], off), seen(WALL, STATES[0])

@@ -85,9 +85,7 @@ def test_a_chosen_primitive_is_looked_for_and_measured_once_however_often_the_pa
     calls = []
     for name in ('find_same', 'refine_pair'):
         work = getattr(teacher, name)
-        monkeypatch.setattr(
-            teacher, name, lambda *given, name=name, work=work: calls.append(name) or work(*given)
-        )
+        monkeypatch.setattr(teacher, name, lambda *given, name=name, work=work: calls.append(name) or work(*given))
     session = session_with_meters(2)
     session.apply(lambda state: edits.set_processing(state, 'edges.filter_sigma', 1.2))
     calls.clear()

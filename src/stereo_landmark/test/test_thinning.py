@@ -41,7 +41,5 @@ def test_shapes_are_found_by_the_papers_edges():
 def test_too_few_passes_leave_broken_edges():
     """Of an edge that is wider than a pixel, neighbours across it compete: what the engineer's slider is for."""
     image = polygon_photo(box(20, 20, 80, 70), blur=2.5, noise=0.5)
-    longest = [
-        np.diff(segments_of(image, thinning=passes, filter_sigma=2.0).starts).max() for passes in (1.0, 8.0)
-    ]
+    longest = [np.diff(segments_of(image, thinning=passes, filter_sigma=2.0).starts).max() for passes in (1.0, 8.0)]
     assert longest[0] > longest[1] > 0

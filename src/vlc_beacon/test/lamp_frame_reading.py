@@ -24,9 +24,7 @@ def frame_from_bytes(data):
     """Parse a frame; raises `LampFrameError` if the firmware would reject the bytes."""
     if not HEADER.size + 2 <= len(data) <= LENGTH_MAX or crc16(data):
         raise LampFrameError('wrong length or checksum')
-    version, plays, length, pattern, states, bits, trains, preamble_length, *preamble = HEADER.unpack_from(
-        data
-    )
+    version, plays, length, pattern, states, bits, trains, preamble_length, *preamble = HEADER.unpack_from(data)
     begin, end = HEADER.size + trains * TRAIN.size, length - 2
     if version != VERSION or length != len(data) or begin > end or preamble_length > PREAMBLE_MAX:
         raise LampFrameError('invalid header')
@@ -63,9 +61,7 @@ def waveform_from_frame(frame, tick_rate=TICK_RATE):
     The firmware accumulates the step times with their fractions and switches at the nearest tick.
     """
     symbols = np.concatenate([_transmitted_symbols(section, frame.preamble) for section in frame.sections])
-    indices = [
-        (train.first_index + np.arange(train.steps)) % len(frame.pattern) for train in frame.pulse_trains
-    ]
+    indices = [(train.first_index + np.arange(train.steps)) % len(frame.pattern) for train in frame.pulse_trains]
     times = [np.full(train.steps, train.step_time, np.int64) for train in frame.pulse_trains]
     ends = np.cumsum(np.concatenate([times[s] for s in symbols]))
     states = np.array(frame.pattern)[np.concatenate([indices[s] for s in symbols])]

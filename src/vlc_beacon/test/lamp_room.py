@@ -21,9 +21,7 @@ def pixels_of(beacons, pose, height=0.0, tilt=(0.0, 0.0), motions=None, camera=C
     state = np.array([pose.x, pose.y, height, pose.yaw, 0.0, 0.0])
     lamps = np.array([beacon.xyz for beacon in beacons])
     motions = np.zeros((len(lamps), 3)) if motions is None else motions
-    return camera.pixels_from_points(
-        camera_points(state, lamps, motions, gravity_aligned_camera(MOUNT, *tilt))
-    )
+    return camera.pixels_from_points(camera_points(state, lamps, motions, gravity_aligned_camera(MOUNT, *tilt)))
 
 
 def random_pose(rng):

@@ -38,9 +38,7 @@ def speaking_room(waveforms, shutter, rate):
     )
     steady = CeilingLamp(STRANGE_PLACE, Disc(0.065), steady_light(1), 0.8 * brightness)
     route = LegDrive([(0.82, 0.95), (0.98, 0.95)], [0.02], 0.1, rest=0.3)
-    return LampDrive(
-        replace(room, lamps=(*lamps, steady)), route, eye, MOUNT, clock=CameraClock(rate), seed=1
-    )
+    return LampDrive(replace(room, lamps=(*lamps, steady)), route, eye, MOUNT, clock=CameraClock(rate), seed=1)
 
 
 def receptions(receiver, drive, seconds):

@@ -15,9 +15,7 @@ HUNDRED = DataPacket(np.random.default_rng(0).bytes(100))
 SEGMENTS = SegmentFormat(1)
 
 
-def seen_by_global_shutter(
-    waveform, seconds, rng, *, exposure=5e-4, snr=15.0, jitter=5e-5, lost=0.0, frame_rate=60.0
-):
+def seen_by_global_shutter(waveform, seconds, rng, *, exposure=5e-4, snr=15.0, jitter=5e-5, lost=0.0, frame_rate=60.0):
     """Return stamps (n,) and the brightness of both halves (n, 2)."""
     stamps = rng.uniform(0.0, 1000.0) + np.arange(round(seconds * frame_rate)) / frame_rate
     stamps = stamps[rng.random(len(stamps)) >= lost]

@@ -171,13 +171,7 @@ def test_moved_swapped_and_duplicated_lamps_are_named(beacons, seen, anomalies):
     [
         # Seen from half a turn around the middle the other two would be swapped.
         (swapped(0, 3, BEACONS), NoFixReason.AMBIGUOUS, None, 1.0, {(1, SWAPPED), (4, SWAPPED)}),
-        (
-            [*BEACONS[:2], moved(BEACONS[2], x=1.6, y=0.2)],
-            NoFixReason.INCONSISTENT,
-            [1, 2, 3],
-            0.25,
-            {(3, MOVED)},
-        ),
+        ([*BEACONS[:2], moved(BEACONS[2], x=1.6, y=0.2)], NoFixReason.INCONSISTENT, [1, 2, 3], 0.25, {(3, MOVED)}),
     ],
     ids=['opposite lamps of a square swapped', 'three lamps with one moved'],
 )

@@ -175,9 +175,7 @@ def test_rows_of_a_moving_robot_are_seen_from_where_it_was() -> None:
     assert math.isclose(result.T_map_base.yaw, POSE.yaw, abs_tol=5e-4)
 
 
-@pytest.mark.parametrize(
-    ('count', 'later', 'jump'), [(1, 10.1, SE2(0.6, 0.0, 0.2)), (4, 12.0, SE2(50.0, -40.0, 2.0))]
-)
+@pytest.mark.parametrize(('count', 'later', 'jump'), [(1, 10.1, SE2(0.6, 0.0, 0.2)), (4, 12.0, SE2(50.0, -40.0, 2.0))])
 def test_an_odometry_jump_between_two_images_is_no_motion(count, later, jump, monkeypatch) -> None:
     """The image does not turn with it, one lamp does not carry the pose over it, and several authorize at once."""
     permit, rotations = authorizer(beacons=lamp_room.BEACONS), []
@@ -202,9 +200,7 @@ def heights_at(level: float) -> NDArray[np.float64]:
     beacons = [Beacon(i + 1, place, Disc().radius) for i, place in enumerate(PAPER_LAMPS)]
     settings = ReceiverSettings(method='radius_interval', blooming=eye.lens.blooming.spread)
     made = LampLocalizer(beacons, UPWARD_MOUNT, settings)
-    room = paper_room(
-        [ufsook_waveform([packet]) for packet in id_packets()], Disc(), eye.brightness_for(level)
-    )
+    room = paper_room([ufsook_waveform([packet]) for packet in id_packets()], Disc(), eye.brightness_for(level))
     tracker, detector = LampTracker(), LampDetector()
     for stamp in (np.arange(46) / 60.0).tolist():
         photo = eye.photograph(room, lambda _: camera_pose(POSE, UPWARD_MOUNT), stamp, rng)

@@ -24,9 +24,7 @@ def track(tracker, odometry, pose, hung, rng, noise=0.2):
     if not hung:
         return tracker.track(tracker.locator.rays(CAMERA, [], np.empty((0, 2)), []))
     pixels = pixels_of(hung, pose) + noise * rng.normal(size=(len(hung), 2))
-    return tracker.track(
-        tracker.locator.rays(CAMERA, [b.id for b in hung], pixels, np.full(len(hung), noise))
-    )
+    return tracker.track(tracker.locator.rays(CAMERA, [b.id for b in hung], pixels, np.full(len(hung), noise)))
 
 
 def drive(count, seed=1):
@@ -127,8 +125,7 @@ ELSEWHERE = [replace(BEACONS[1], xyz=xyz) for xyz in ((0.4, 1.6, 2.8), (0.6, 0.7
 
 
 @pytest.mark.parametrize(
-    ('hung', 'kind'),
-    [(ELSEWHERE[:1], AnomalyKind.MOVED), ([BEACONS[1], ELSEWHERE[1]], AnomalyKind.DUPLICATED)],
+    ('hung', 'kind'), [(ELSEWHERE[:1], AnomalyKind.MOVED), ([BEACONS[1], ELSEWHERE[1]], AnomalyKind.DUPLICATED)]
 )
 def test_a_single_lamp_in_the_wrong_place_is_named_and_no_new_start(hung, kind):
     rng = np.random.default_rng(7)

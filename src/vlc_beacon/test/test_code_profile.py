@@ -1,12 +1,7 @@
 import pytest
 from light_channel import received, waveform_of
 
-from vlc_beacon.core.light_code.code_profile import (
-    CodeProfile,
-    manchester_profile,
-    rs_fsk_profile,
-    ufsook_profile,
-)
+from vlc_beacon.core.light_code.code_profile import CodeProfile, manchester_profile, rs_fsk_profile, ufsook_profile
 from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.packet.command_packet import Command, ShortCommandPacket
 from vlc_beacon.core.packet.data_packet import DataPacket

@@ -60,10 +60,7 @@ def test_a_command_is_accepted_as_it_was_signed_but_within_the_speed_limit() -> 
 def test_without_a_key_or_counters_all_commands_are_rejected_with_the_reason() -> None:
     lost = 'commands are rejected: counter file c.json is missing; renew it'
     memory = Memory('counter file c.json is missing; renew it')
-    for key, store, reason in (
-        (None, Memory(), RejectionReason.NO_KEY),
-        (KEY, memory, RejectionReason.COUNTERS_LOST),
-    ):
+    for key, store, reason in ((None, Memory(), RejectionReason.NO_KEY), (KEY, memory, RejectionReason.COUNTERS_LOST)):
         authorizer = CommandAuthorizer(key, store, PLACES, SETTINGS)
         authorizer.update_position(0.0, (0.0, 0.0))
         decision = authorizer.authorize(KEY.sign(RULE), 1, 0.0)

@@ -59,29 +59,19 @@ def test_short_packets_carry_the_same_command_and_mac_in_less_time() -> None:
         value = 0.0 if operation in WITHOUT_VALUE else round(float(rng.uniform(-3.2767, 3.2767)), 4)
         signed = key.sign(
             Command(
-                int(rng.integers(1 << 14)),
-                int(operation),
-                value,
-                int(rng.integers(1 << 32)),
-                bool(rng.integers(2)),
+                int(rng.integers(1 << 14)), int(operation), value, int(rng.integers(1 << 32)), bool(rng.integers(2))
             )
         )
         short = shorten(signed)
         assert short is not None
         data = short.to_bytes()
-        assert (
-            len(data)
-            == packet_length(data[:3] + bytes(20))
-            == (11 if operation in WITHOUT_VALUE else SHORT_BYTES)
-        )
+        assert len(data) == packet_length(data[:3] + bytes(20)) == (11 if operation in WITHOUT_VALUE else SHORT_BYTES)
         assert read_packet(data) == short
         assert short.addressed_to(signed.command.beacon) == signed
         # The beacon is not sent, but authenticated: another lamp cannot send the command as its own.
         assert not key.is_authentic(short.addressed_to(signed.command.beacon ^ 1))
         assert len(short.mac) == MAC_BYTES == 4
-    assert [shorten(key.sign(Command(1, *given, 1))) for given in ((1, 0.5), (5, 3.2768), (5, 0.00001))] == [
-        None
-    ] * 3
+    assert [shorten(key.sign(Command(1, *given, 1))) for given in ((1, 0.5), (5, 3.2768), (5, 0.00001))] == [None] * 3
 
 
 def test_one_or_two_wrong_bits_of_a_short_packet_are_noticed() -> None:

@@ -24,9 +24,7 @@ class Robot:
     """A robot under a lamp at the origin, whose zone has a radius of 1 m."""
 
     def __init__(self) -> None:
-        self.authorizer = CommandAuthorizer(
-            KEY, Memory(), {1: (0.0, 0.0)}, AuthorizationSettings(zone_radius=1.0)
-        )
+        self.authorizer = CommandAuthorizer(KEY, Memory(), {1: (0.0, 0.0)}, AuthorizationSettings(zone_radius=1.0))
         self.processor = CommandProcessor(self.authorizer)
 
     def at(self, stamp: float, x: float, *lamps: LampObservation) -> list[tuple[int, RejectionReason | None]]:

@@ -8,9 +8,7 @@ from vlc_beacon.core.vlc_beacon_error import PacketError
 def test_every_payload_comes_back() -> None:
     for length in range(101):
         rng = np.random.default_rng(length)
-        packet = DataPacket(
-            rng.bytes(length), int(rng.integers(256)), bool(length % 2), bool(length % 3), length % 16
-        )
+        packet = DataPacket(rng.bytes(length), int(rng.integers(256)), bool(length % 2), bool(length % 3), length % 16)
         assert read_data_packet(packet.to_bytes()) == packet
 
 
@@ -56,9 +54,7 @@ def answers_to(packets):
     return [assembly.add(packet) for packet in packets]
 
 
-@pytest.mark.parametrize(
-    'message', ['', 'Guten Tag', 'ドアが開きます', b'\x00\xff', 'x' * 950, bytes(range(256)) * 3]
-)
+@pytest.mark.parametrize('message', ['', 'Guten Tag', 'ドアが開きます', b'\x00\xff', 'x' * 950, bytes(range(256)) * 3])
 def test_a_message_is_reassembled_from_any_first_fragment(message):
     packets = split_message(message)
     mixed = np.random.default_rng(1).permutation(np.array(packets, object))

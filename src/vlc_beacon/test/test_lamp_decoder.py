@@ -105,10 +105,7 @@ def settings(diameter_max: float) -> ReceiverSettings:
 
 def read(diameter: float, seconds: float) -> tuple[LampObservation, list[CommandPacket]]:
     """Return a lamp that plays its ID and a command in segments, after a while, and the commands that were heard."""
-    light, rng = (
-        waveform_of('manchester', [IdPacket(5), IdPacket(5), COMMAND], 50.0),
-        np.random.default_rng(1),
-    )
+    light, rng = (waveform_of('manchester', [IdPacket(5), IdPacket(5), COMMAND], 50.0), np.random.default_rng(1))
     lamp = draw_lamp(room(HEIGHT, WIDTH, 0.0), (238.3, 281.6), 0.5 * diameter, 190.0)
     receiver, commands = LightReceiver([Beacon(5, (0.0, 0.0, 2.5), 0.5)], settings(450.0)), []
     for stamp in np.arange(0.0, seconds, 1.0 / RATE).tolist():
@@ -129,10 +126,7 @@ def test_a_large_lamp_is_decoded_in_segments_but_none_of_fewer_rows_than_the_pro
 
 def test_larger_segments_need_the_same_setting() -> None:
     segments = SegmentFormat(4)
-    light, rows = (
-        waveform_of('manchester', [COMMAND], 50.0, segments),
-        segments.rows_min(ROW_TIME, EXPOSURE) + 20,
-    )
+    light, rows = (waveform_of('manchester', [COMMAND], 50.0, segments), segments.rows_min(ROW_TIME, EXPOSURE) + 20)
     commands = {}
     for size in (1, 4):
         decoder, packets = ManchesterDecoder(replace(settings(450.0), segment_bytes=size).segment_format), []

@@ -3,13 +3,7 @@ import numpy as np
 import pytest
 from lamp_pictures import draw_lamp, photograph, room
 
-from vlc_beacon.core.lamp_image.lamp_detector import (
-    CELL,
-    LampDetector,
-    coarse_contrast,
-    find_candidates,
-    noise_sigma,
-)
+from vlc_beacon.core.lamp_image.lamp_detector import CELL, LampDetector, coarse_contrast, find_candidates, noise_sigma
 from vlc_beacon.core.settings import LampSettings
 from vlc_beacon.core.vlc_beacon_error import LampImageError
 

@@ -14,12 +14,7 @@ from vlc_beacon.core.transmitter.lamp_frame import (
     frame_to_bytes,
     pulse_train_of_duration,
 )
-from vlc_beacon.core.transmitter.lamp_program import (
-    constant_tone_frame,
-    manchester_frame,
-    rs_fsk_frame,
-    ufsook_frame,
-)
+from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, manchester_frame, rs_fsk_frame, ufsook_frame
 from vlc_beacon.core.vlc_beacon_error import LampFrameError
 
 FRAME = ufsook_frame([b'abc'])
@@ -28,10 +23,7 @@ FRAME = ufsook_frame([b'abc'])
 @pytest.mark.parametrize(
     ('make', 'message'),
     [
-        (
-            lambda: constant_tone_frame(50_000.0),
-            'a step lasts 160 ticks, the firmware supports 1000 to 65000',
-        ),
+        (lambda: constant_tone_frame(50_000.0), 'a step lasts 160 ticks, the firmware supports 1000 to 65000'),
         (lambda: constant_tone_frame(100.0), 'a step lasts 80000 ticks'),
         (lambda: PulseTrain(0, 0, 2000 * STEP_FRACTION), 'a symbol has 0 steps'),
         (lambda: Section(np.zeros((0, 1), np.int64)), '0 bursts of 1 symbols'),

@@ -46,10 +46,7 @@ def beacons_with(*tones: float | None) -> list[Beacon]:
         ((3000.0, None, None, None), '1 of 4 have a frequency'),
         ((3000.0, 4000.0, 5000.0, None), '3 of 4 have a frequency'),
         *(
-            (
-                (3000.0, 5000.0, near, 4000.0),
-                f'1 and 3 have the frequencies 3000 Hz and {near:g} Hz; set them 200',
-            )
+            ((3000.0, 5000.0, near, 4000.0), f'1 and 3 have the frequencies 3000 Hz and {near:g} Hz; set them 200')
             for near in (3000.0, 3199.0)
         ),
     ],

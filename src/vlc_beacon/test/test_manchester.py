@@ -68,8 +68,7 @@ def test_a_camera_of_the_frame_rate_sees_each_segment_completely() -> None:
 
 
 @pytest.mark.parametrize(
-    'segment_format',
-    [SegmentFormat(1), SegmentFormat(8), SegmentFormat(1, 1 / 6000), SegmentFormat(5, 1 / 6000)],
+    'segment_format', [SegmentFormat(1), SegmentFormat(8), SegmentFormat(1, 1 / 6000), SegmentFormat(5, 1 / 6000)]
 )
 @pytest.mark.parametrize('content', [bytes(6), b'\xff' * 6, b'\x55' * 6, b'\x0f\x00' * 3])
 def test_nothing_blinks_visibly(content: bytes, segment_format: SegmentFormat) -> None:
@@ -108,9 +107,7 @@ def random_packet(length: int) -> DataPacket:
 @pytest.mark.parametrize('length', [0, 1, 17, 50, 100])
 def test_packets_come_back(length: int, segment_bytes: int) -> None:
     for packet in (random_packet(length), IdPacket(7)):
-        assert (
-            packet_from_segments(contents(segments_from_packet(packet.to_bytes(), segment_bytes))) == packet
-        )
+        assert packet_from_segments(contents(segments_from_packet(packet.to_bytes(), segment_bytes))) == packet
 
 
 def test_it_is_a_reed_solomon_code() -> None:

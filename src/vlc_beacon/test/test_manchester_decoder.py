@@ -6,13 +6,7 @@ import pytest
 from light_channel import COMMAND, HUNDRED
 
 from vlc_beacon.core.lamp_image.row_profile import LampRows
-from vlc_beacon.core.light_code.manchester import (
-    PREAMBLE,
-    Segment,
-    SegmentFormat,
-    segment_from_bits,
-    segments_waveform,
-)
+from vlc_beacon.core.light_code.manchester import PREAMBLE, Segment, SegmentFormat, segment_from_bits, segments_waveform
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder, demodulate_rows
 
 received = partial(light_channel.received, 'manchester')
@@ -83,8 +77,6 @@ def test_too_few_rows_and_even_rows_are_not_clear() -> None:
     segment_format, segment = SegmentFormat(1), Segment(7, b'\xa5')
     rows = int(0.9 * segment_format.rows_min(ROW_TIME, EXPOSURE))
     assert not demodulate_rows(views(segment, segment_format, rows), segment_format)[1].any()
-    even, none = (
-        LampRows(np.zeros(n), np.zeros(n, int), np.ones((n, 310)), ROW_TIME, EXPOSURE) for n in (2, 0)
-    )
+    even, none = (LampRows(np.zeros(n), np.zeros(n, int), np.ones((n, 310)), ROW_TIME, EXPOSURE) for n in (2, 0))
     assert not demodulate_rows(even, segment_format)[1].any()
     assert demodulate_rows(none, segment_format)[0].shape == (0, 19)

@@ -168,9 +168,7 @@ def test_a_jump_back_in_time_of_any_topic_starts_a_new_receiver(start: Start) ->
 
 
 @pytest.mark.parametrize('operation', [Operation.TURN, Operation.STOP])
-def test_after_a_jump_back_the_line_begins_where_the_robot_is_and_a_stop_holds(
-    start: Start, operation
-) -> None:
+def test_after_a_jump_back_the_line_begins_where_the_robot_is_and_a_stop_holds(start: Start, operation) -> None:
     robot = start(drive=True)
     robot.send_image(100.0)
     before = robot.node._command_executor

@@ -52,25 +52,16 @@ def poses(pose: SE2, odometry: SE2 | None, *stamps: float) -> list[tuple[float, 
     ('steps', 'accepted'),
     [
         # A jump is rejected until the waiting time is over.
-        (
-            [*poses(HERE, STOOD, 0.0), *poses(MOVED, STOOD, 0.1, 1.0, END - 1.0, END + 0.2, END + 0.3)],
-            '+---++',
-        ),
+        ([*poses(HERE, STOOD, 0.0), *poses(MOVED, STOOD, 0.1, 1.0, END - 1.0, END + 0.2, END + 0.3)], '+---++'),
         # The old pose is accepted at once and restarts the waiting time.
         ([(0.0, HERE, STOOD), (1.0, MOVED, STOOD), (2.0, HERE, STOOD), (END + 1.5, MOVED, STOOD)], '+-+-'),
         # Without odometry a robot may drive but not jump. However long copied lamps shine, the way that it could
         # have driven meanwhile does not grow.
-        (
-            [*ON_THE_WAY, *poses(AHEAD, None, 2.0, 5.0, END), (END + 1.0, DROVE, None), *LATER],
-            '+' * 20 + '---+-+',
-        ),
+        ([*ON_THE_WAY, *poses(AHEAD, None, 2.0, 5.0, END), (END + 1.0, DROVE, None), *LATER], '+' * 20 + '---+-+'),
         # After a gap in view it may be elsewhere.
         ([(0.0, HERE, None), (3.0, HERE @ FAST, None), (4.0, HERE @ SE2(20.0, 0.0, 2.0), None)], '++-'),
         # Odometry that comes late is taken up.
-        (
-            [(0.0, HERE, None), (0.1, HERE, SEVEN), (9.0, HERE @ FROM_7_TO_12, TWELVE), (9.1, HERE, TWELVE)],
-            '+++-',
-        ),
+        ([(0.0, HERE, None), (0.1, HERE, SEVEN), (9.0, HERE @ FROM_7_TO_12, TWELVE), (9.1, HERE, TWELVE)], '+++-'),
     ],
 )
 def test_jumps_are_rejected_for_the_waiting_time(steps, accepted: str) -> None:
@@ -80,13 +71,9 @@ def test_jumps_are_rejected_for_the_waiting_time(steps, accepted: str) -> None:
 @pytest.mark.parametrize('has_odometry', [True, False])
 def test_a_slowly_drifting_pose_is_rejected(has_odometry: bool) -> None:
     odometry, ways = STOOD if has_odometry else None, [0.29 * image for image in range(600)]
-    accepted = verdicts(
-        *((i / 60.0, T_MAP_ODOM @ SE2(way, 0.0, 0.0), odometry) for i, way in enumerate(ways))
-    )
+    accepted = verdicts(*((i / 60.0, T_MAP_ODOM @ SE2(way, 0.0, 0.0), odometry) for i, way in enumerate(ways)))
     # Without odometry it is a robot that drives, but no faster than robots do.
-    assert max(w for w, yes in zip(ways, accepted) if yes) < JUMP_MAX + (
-        0.0 if has_odometry else 10.0 * SPEED_MAX
-    )
+    assert max(w for w, yes in zip(ways, accepted) if yes) < JUMP_MAX + (0.0 if has_odometry else 10.0 * SPEED_MAX)
 
 
 def test_a_slow_drift_is_not_faster_than_the_waiting_time() -> None:

@@ -49,9 +49,7 @@ def imaged_disc(beacon, pose, camera):
     """Return centroid and radius of equal area of a lamp in an image with distortion, from 2000 projected points."""
     angles = np.linspace(0.0, 2.0 * np.pi, 2000, endpoint=False)
     x, y, z = beacon.xyz
-    rim = [
-        Beacon(1, (x + 0.0325 * c, y + 0.0325 * s, z), 0.0) for c, s in zip(np.cos(angles), np.sin(angles))
-    ]
+    rim = [Beacon(1, (x + 0.0325 * c, y + 0.0325 * s, z), 0.0) for c, s in zip(np.cos(angles), np.sin(angles))]
     moments = cv2.moments(pixels_of(rim, pose, camera=camera).astype(np.float32)[:, None])
     area = moments['m00']
     return (moments['m10'] / area, moments['m01'] / area), np.sqrt(area / np.pi)
@@ -121,17 +119,13 @@ def test_the_fix_is_the_middle_of_the_intersection_and_its_covariance_that_of_th
     assert np.diag(fix.covariance)[:3] == pytest.approx(np.array(widths) ** 2 / 12.0)
 
 
-@pytest.mark.parametrize(
-    ('turned', 'focal_scale', 'error'), [(False, 2.0, 1.5), (True, 2.0, 0.5), (True, 1.0, 0.0)]
-)
+@pytest.mark.parametrize(('turned', 'focal_scale', 'error'), [(False, 2.0, 1.5), (True, 2.0, 0.5), (True, 1.0, 0.0)])
 def test_with_half_a_turn_and_the_factor_of_eq_2_the_printed_equations_are_right_in_the_plane(
     turned, focal_scale, error
 ):
     lamp, level = BEACONS[:1], SE3(np.diag([-1.0, -1.0, 1.0]) if turned else np.eye(3), np.zeros(3))
     pixel = np.array([[636.4 * 0.3 + 640.0, 636.4 * 0.2 + 512.0]])
-    fix = radius_interval_printed(
-        LampDiscs(lamp, pixel, np.array([TRUE_RADIUS])), CAMERA, level, 0.0, focal_scale
-    )
+    fix = radius_interval_printed(LampDiscs(lamp, pixel, np.array([TRUE_RADIUS])), CAMERA, level, 0.0, focal_scale)
     truth = np.array(lamp[0].xyz[:2]) - DEPTH * np.array([0.3, 0.2])
     found = np.array([fix.T_map_base.x, fix.T_map_base.y])
     assert np.linalg.norm(found - truth) == pytest.approx(error * DEPTH * np.hypot(0.3, 0.2), abs=1e-9)

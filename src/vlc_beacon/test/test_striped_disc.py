@@ -8,9 +8,7 @@ from vlc_beacon.core.settings import LampSettings
 ROW_TIME, EXPOSURE = 1.89e-5, 6e-5
 
 
-@pytest.mark.parametrize(
-    ('radius', 'tone'), [(8.25, 3500.0), (8.25, 7500.0), (40.0, 2000.0), (100.0, 2000.0)]
-)
+@pytest.mark.parametrize(('radius', 'tone'), [(8.25, 3500.0), (8.25, 7500.0), (40.0, 2000.0), (100.0, 2000.0)])
 def test_the_centre_does_not_follow_the_stripes(radius, tone):
     rng = np.random.default_rng(1)
     detector = LampDetector(LampSettings(stripe_rows=1.0 + 0.5 / tone / ROW_TIME, diameter_max=300.0))

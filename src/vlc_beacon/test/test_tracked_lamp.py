@@ -46,10 +46,7 @@ def watch(lamp, light, begin, seconds, diameter=16.0):
 
 @pytest.mark.parametrize(
     ('frequency', 'diameter', 'reason'),
-    [
-        *((hertz, 16.0, SkipReason.NO_CODE) for hertz in (100.0, 120.0, 100.2)),
-        (100.0, 5.0, SkipReason.TOO_SMALL),
-    ],
+    [*((hertz, 16.0, SkipReason.NO_CODE) for hertz in (100.0, 120.0, 100.2)), (100.0, 5.0, SkipReason.TOO_SMALL)],
 )
 def test_a_lamp_on_the_mains_or_too_small_is_left_alone_in_the_end(frequency, diameter, reason):
     decoder = CountingDecoder(EXPOSURE)

@@ -68,9 +68,7 @@ def test_nothing_blinks_visibly(content: bytes) -> None:
     assert steps.max() <= 0.5 / 210.0 + 1e-9
 
 
-@pytest.mark.parametrize(
-    'symbols', [[SPACE, MARK], [SPACE] * 4 + [MARK] * 4, [PREAMBLE_FIRST, PREAMBLE_SECOND]]
-)
+@pytest.mark.parametrize('symbols', [[SPACE, MARK], [SPACE] * 4 + [MARK] * 4, [PREAMBLE_FIRST, PREAMBLE_SECOND]])
 def test_not_even_the_worst_symbols_make_the_lamp_blink(symbols: list[int]) -> None:
     assert worst_flicker(waveform_from_symbols(np.array(symbols)), whole=True, highest=70.0) < 0.3
 

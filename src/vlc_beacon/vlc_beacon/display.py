@@ -35,9 +35,7 @@ def beacon_markers(beacons: Iterable[Beacon], output: ReceiverOutput, header: He
     return MarkerArray(markers=markers)
 
 
-def _marker(
-    beacon: Beacon, header: Header, namespace: str, kind: int, colour: ColorRGBA, size: float
-) -> Marker:
+def _marker(beacon: Beacon, header: Header, namespace: str, kind: int, colour: ColorRGBA, size: float) -> Marker:
     marker = Marker(header=header, ns=namespace, id=beacon.id, type=kind, action=Marker.ADD, color=colour)
     marker.pose.orientation.w = 1.0
     marker.pose.position.x, marker.pose.position.y, marker.pose.position.z = beacon.xyz
@@ -86,8 +84,6 @@ def _headline(output: ReceiverOutput) -> str:
     return f'{pose.x:.3f} {pose.y:.3f} m {pose.yaw:.3f} rad'
 
 
-def _put_text(
-    canvas: NDArray[np.uint8], text: str, position: tuple[int, int], colour: tuple[int, int, int]
-) -> None:
+def _put_text(canvas: NDArray[np.uint8], text: str, position: tuple[int, int], colour: tuple[int, int, int]) -> None:
     for shade, width in (((0, 0, 0), 3), (colour, 1)):
         cv2.putText(canvas, text, position, cv2.FONT_HERSHEY_SIMPLEX, _FONT_SCALE, shade, width, cv2.LINE_AA)

@@ -113,9 +113,7 @@ class VlcBeaconNode(ManagedNode):
         """Load beacons, key and counters, and subscribe."""
         self._settings = self.settings(NodeSettings)
         self._beacons = beacons_from_settings(self._settings)
-        self._authorizer = authorizer_from_settings(
-            self._settings, self.settings(AuthorizationSettings), self._beacons
-        )
+        self._authorizer = authorizer_from_settings(self._settings, self.settings(AuthorizationSettings), self._beacons)
         self._mount = self._settings.mount
         self._receiver = self._new_receiver()
         self._frames = Frames(self, self._settings.base_frame)
@@ -143,9 +141,7 @@ class VlcBeaconNode(ManagedNode):
         return self._report.status()
 
     def _new_receiver(self) -> BeaconReceiver:
-        return self._create_receiver(
-            self._beacons, self._mount, self._authorizer, self.settings(ReceiverSettings)
-        )
+        return self._create_receiver(self._beacons, self._mount, self._authorizer, self.settings(ReceiverSettings))
 
     def _new_executor(self) -> CommandExecutor | None:
         if not self._settings.drive:

@@ -43,9 +43,7 @@ class NodeSettings(CameraSettings):
 def beacons_from_settings(settings: NodeSettings) -> list[Beacon]:
     """Load the beacons; raises `VlcBeaconError` if no file is set, or it is invalid."""
     if not settings.beacons_file:
-        raise VlcBeaconError(
-            'beacons_file is not set; give the YAML file of your lamps, see config/beacons.yaml'
-        )
+        raise VlcBeaconError('beacons_file is not set; give the YAML file of your lamps, see config/beacons.yaml')
     return load_beacons(_path(settings.beacons_file, 'beacons_file'))
 
 
@@ -54,9 +52,7 @@ def authorizer_from_settings(
 ) -> CommandAuthorizer:
     """Create the authorizer of commands, which rejects all without a key; raises `VlcBeaconError`."""
     if settings.key_file and not settings.counter_file:
-        raise VlcBeaconError(
-            'counter_file is not set; commands with a key need a file that stores their counters'
-        )
+        raise VlcBeaconError('counter_file is not set; commands with a key need a file that stores their counters')
     key = read_key(_path(settings.key_file, 'key_file')) if settings.key_file else None
     store = CounterFile(_path(settings.counter_file, 'counter_file'))
     positions = {beacon.id: (beacon.xyz[0], beacon.xyz[1]) for beacon in beacons}

@@ -17,9 +17,7 @@ _ALARM_DURATION = 60.0
 class ReceiverDiagnostics:
     """Collects statistics of the receiver output."""
 
-    def __init__(
-        self, beacons_file: str, authorizer: CommandAuthorizer, now: Callable[[], float] = monotonic
-    ) -> None:
+    def __init__(self, beacons_file: str, authorizer: CommandAuthorizer, now: Callable[[], float] = monotonic) -> None:
         """Start without output; the path and the permanent rejection of the authorizer are reported."""
         self._beacons_file = beacons_file
         self._authorizer = authorizer
@@ -90,10 +88,7 @@ def _describe(anomaly: BeaconAnomaly) -> str:
 
 def _reception_values(output: ReceiverOutput) -> dict[str, str]:
     names = sorted(lamp.beacon for lamp in output.lamps if lamp.beacon is not None)
-    values = {
-        'lamps in view': str(len(output.lamps)),
-        'beacons in view': ', '.join(map(str, names)) or 'none',
-    }
+    values = {'lamps in view': str(len(output.lamps)), 'beacons in view': ', '.join(map(str, names)) or 'none'}
     skipped = Counter(lamp.skip_reason.value for lamp in output.lamps if lamp.skip_reason is not None)
     values |= {f'lamps {skip_reason}': str(number) for skip_reason, number in skipped.items()}
     result = output.result

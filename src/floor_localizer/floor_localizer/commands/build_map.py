@@ -73,9 +73,7 @@ def build_map(options: argparse.Namespace) -> None:
     mount = CameraMount(tuple(options.camera_xyz), tuple(options.camera_rpy))
     check_mount(mount)
     if options.extend is not None and options.known_length is not None:
-        raise FloorLocalizerError(
-            '--known-length: the map given by --extend already has a scale; give one of both'
-        )
+        raise FloorLocalizerError('--known-length: the map given by --extend already has a scale; give one of both')
     existing = None if options.extend is None else load_dot_map(options.extend)
     source = open_source(options)
     key = survey_inputs(source, mount, settings, existing)
@@ -141,14 +139,7 @@ def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
         vmax=_MAX_COUNT,
         linewidths=0,
     )
-    axes.plot(
-        *result.states[:, :2].T,
-        '-',
-        color='tab:red',
-        linewidth=0.6,
-        alpha=0.7,
-        label='path of the robot base',
-    )
+    axes.plot(*result.states[:, :2].T, '-', color='tab:red', linewidth=0.6, alpha=0.7, label='path of the robot base')
     figure.colorbar(shades, ax=axes, label=f'observations per dot ({_MAX_COUNT} or more: yellow)', shrink=0.7)
     figure.legend(loc='outside lower center')
     figure.savefig(file, format='png', dpi=110)
@@ -200,12 +191,7 @@ def make_parser() -> argparse.ArgumentParser:
     drive = parser.add_mutually_exclusive_group(required=True)
     drive.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and odometry')
     drive.add_argument('--images', type=Path, metavar='FOLDER', help='images, sorted by name')
-    add(
-        '--calibration',
-        type=Path,
-        metavar='YAML',
-        help='calibration of the images, as camera_calibration writes it',
-    )
+    add('--calibration', type=Path, metavar='YAML', help='calibration of the images, as camera_calibration writes it')
     add('--odometry', type=Path, metavar='FILE',
         help='odometry of the images: CSV "image,x,y,yaw", or TUM with one line per image')  # fmt: skip
     add('--topic', help='image topic of the bag (default: /image_raw or the only one)')

@@ -78,9 +78,7 @@ def calibrate_camera(options: argparse.Namespace) -> CameraCalibration:
         focal = _INITIAL_FOCAL_LENGTH * max(width, height)
         camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
     if options.height is not None and options.height <= 0.0:
-        raise FloorLocalizerError(
-            f'--height: {options.height:g} m is not above the floor; measure from floor to lens'
-        )
+        raise FloorLocalizerError(f'--height: {options.height:g} m is not above the floor; measure from floor to lens')
     return calibrate(
         DotDetector().detect(image),
         mat,
@@ -128,12 +126,7 @@ def make_parser() -> argparse.ArgumentParser:
     add('--image', type=Path, required=True, help='image of the mat, with the robot on a level floor')
     add('--calibration', type=Path, metavar='YAML',
         help='file written by camera_calibration; without it the focal length is found from --height')  # fmt: skip
-    add(
-        '--height',
-        type=float,
-        metavar='M',
-        help='height of the lens over the mat, measured with a ruler to 2 mm [m]',
-    )
+    add('--height', type=float, metavar='M', help='height of the lens over the mat, measured with a ruler to 2 mm [m]')
     add('--robot-at', type=float, nargs=3, metavar=('X', 'Y', 'YAW'),
         help="the robot's pose on the mat [m, m, rad], to find x, y and yaw of the camera")  # fmt: skip
     add_mount_options(

@@ -32,8 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _describe_error(fault: OSError, out: Path) -> str:
     if fault.errno in DISK_FULL_ERRORS:
         return (
-            f'{out}: disk full ({fault.strerror}); free space and run the same command again, '
-            'completed tasks are kept'
+            f'{out}: disk full ({fault.strerror}); free space and run the same command again, completed tasks are kept'
         )
     return f'{fault.filename or out}: {fault.strerror}; choose a writable place'
 

@@ -34,9 +34,7 @@ def draw_map(file: BinaryIO, points: Floats, places: Sequence[Place], title: str
 
     size = np.maximum(np.ptp(points, axis=0), 1e-3)
     proportions = size / size.max()
-    figure = Figure(
-        figsize=np.maximum(_LONG_SIDE * proportions, _MIN_SHORT_SIDE) + _MARGIN, layout='constrained'
-    )
+    figure = Figure(figsize=np.maximum(_LONG_SIDE * proportions, _MIN_SHORT_SIDE) + _MARGIN, layout='constrained')
     axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=title)
     _draw_density(figure, axes, points, size)
     for kind, (colour, mark) in _MARKS.items():

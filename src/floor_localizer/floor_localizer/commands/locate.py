@@ -16,11 +16,7 @@ from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.core.tracker import FloorTracker
 from floor_localizer.files.pose_table import LocatedImage, save_pose_table
-from floor_localizer.localization.localizer_from_map_file import (
-    STARTUP_NOTICE,
-    NodeSettings,
-    localizer_from_map_file,
-)
+from floor_localizer.localization.localizer_from_map_file import STARTUP_NOTICE, NodeSettings, localizer_from_map_file
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import PinholeCamera
 from shirube_core.settings import check_settings
@@ -40,9 +36,7 @@ from shirube_ros.offline.recording import Recording, RecordingTopics, choose_top
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 for an invalid file or if no image has a pose."""
     options = make_parser().parse_args(arguments)
-    return run_command(
-        lambda: save_and_report(locate(options), options.out), (FloorLocalizerError,), options.out
-    )
+    return run_command(lambda: save_and_report(locate(options), options.out), (FloorLocalizerError,), options.out)
 
 
 def save_and_report(images: Sequence[LocatedImage], folder: Path) -> tuple[list[str], str]:

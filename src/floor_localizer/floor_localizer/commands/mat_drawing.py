@@ -40,8 +40,7 @@ class _Canvas:
         self.figure = Figure(figsize=(layout.page_size[0] / _INCH, layout.page_size[1] / _INCH))
         margin = layout.settings.margin
         self.mat: Transform = (
-            Affine2D().translate(margin - page.x0, margin - page.y0).scale(1.0 / _INCH)
-            + self.figure.dpi_scale_trans
+            Affine2D().translate(margin - page.x0, margin - page.y0).scale(1.0 / _INCH) + self.figure.dpi_scale_trans
         )
 
     def lines(self, segments: list[list[tuple[float, float]]], width: float = _HAIRLINE) -> None:
@@ -49,9 +48,7 @@ class _Canvas:
 
     def text(self, x: float, y: float, text: str, **form: Any) -> None:
         self.figure.add_artist(
-            Text(
-                x, y, text, fontsize=_TEXT_SIZE, color='black', transform=self.mat, figure=self.figure, **form
-            )
+            Text(x, y, text, fontsize=_TEXT_SIZE, color='black', transform=self.mat, figure=self.figure, **form)
         )
 
     def arrow(self, x: float, y: float, dx: float, dy: float) -> None:
@@ -73,9 +70,7 @@ def _draw_page(mat: Mat, layout: Layout, page: Page) -> Figure:
         _draw_origin(canvas)
     lines = [_title(mat)]
     if len(layout.pages) > 1:
-        lines[0] += (
-            f' | sheet row {page.row + 1} of {layout.rows}, column {page.column + 1} of {layout.columns}'
-        )
+        lines[0] += f' | sheet row {page.row + 1} of {layout.rows}, column {page.column + 1} of {layout.columns}'
     top = page.y0 + page.height + _GAP
     canvas.text(page.x0 + _MARK, top, '\n'.join(lines), va='bottom', ha='left')
     return canvas.figure
@@ -127,16 +122,12 @@ def _draw_glue_marks(canvas: _Canvas, layout: Layout, page: Page) -> None:
     lower, upper = page.y0, page.y0 + page.height
     if page.column + 1 < layout.columns:
         x = right - overlap
-        canvas.lines(
-            [[(x, lower - _GAP), (x, lower - _GAP - _MARK)], [(x, upper + _GAP), (x, upper + _GAP + _MARK)]]
-        )
+        canvas.lines([[(x, lower - _GAP), (x, lower - _GAP - _MARK)], [(x, upper + _GAP), (x, upper + _GAP + _MARK)]])
         label = f'column {page.column + 2} is glued on from here'
         canvas.text(x - 0.001, lower - _GAP, label, va='top', ha='right')
     if page.row + 1 < layout.rows:
         y = upper - overlap
-        canvas.lines(
-            [[(left - _GAP, y), (left - _GAP - _MARK, y)], [(right + _GAP, y), (right + _GAP + _MARK, y)]]
-        )
+        canvas.lines([[(left - _GAP, y), (left - _GAP - _MARK, y)], [(right + _GAP, y), (right + _GAP + _MARK, y)]])
         label = f'row {page.row + 2} is glued on from here'
         canvas.text(left - _GAP, y - 0.001, label, va='top', ha='right', rotation=90.0)
 

@@ -29,9 +29,7 @@ _SCHEDULER_TIMEOUT = 20.0  # timeout of a scheduler that does not answer or has 
 _LOGGERS_OF_DASK = ('distributed', 'distributed.client', 'tornado.application', 'asyncio')
 # One thread a worker, which the libraries read when they are loaded.
 _WORKER_ENVIRONMENT = dict.fromkeys(('MKL_NUM_THREADS', 'OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS'), '1')
-_WORKER_DIED = (
-    '{} (not enough memory?); run the same command again with fewer --workers: completed tasks are kept'
-)
+_WORKER_DIED = '{} (not enough memory?); run the same command again with fewer --workers: completed tasks are kept'
 
 
 def run_command(name: str, job: Callable[[], None], out: Path | None = None) -> int:
@@ -55,10 +53,7 @@ def add_mount_options(parser: argparse.ArgumentParser, xyz_help: str, rpy_help: 
 def add_worker_options(parser: argparse.ArgumentParser) -> None:
     """Add ``--workers`` and ``--scheduler``, the arguments of `task_runner`."""
     parser.add_argument(
-        '--workers',
-        type=_positive,
-        default=os.cpu_count() or 1,
-        help='number of local processes (default: all cores)',
+        '--workers', type=_positive, default=os.cpu_count() or 1, help='number of local processes (default: all cores)'
     )
     parser.add_argument(
         '--scheduler',

@@ -9,13 +9,7 @@ from pathlib import Path
 
 from floor_localizer.commands.map_report import places_report
 from floor_localizer.commands.options import run_command
-from floor_localizer.core.mat.page_layout import (
-    PAPERS,
-    ROLL,
-    PageSettings,
-    divide_into_pages,
-    mat_size_of_page,
-)
+from floor_localizer.core.mat.page_layout import PAPERS, ROLL, PageSettings, divide_into_pages, mat_size_of_page
 from floor_localizer.core.mat.random_mat import MatSettings, generate_unique_mat
 from floor_localizer.core.uniqueness import ViewSettings
 from floor_localizer.files.csv_format import save_csv
@@ -39,9 +33,7 @@ def print_mat(options: argparse.Namespace) -> None:
     page_settings, view = settings_from(options, PageSettings), settings_from(options, ViewSettings)
     mat_settings = settings_from(options, MatSettings)
     width, height = mat_size_of_page(options.paper, page_settings)
-    mat_settings = replace(
-        mat_settings, width=mat_settings.width or width, height=mat_settings.height or height
-    )
+    mat_settings = replace(mat_settings, width=mat_settings.width or width, height=mat_settings.height or height)
     layout = divide_into_pages(mat_settings, options.paper, page_settings)
     seed = secrets.randbelow(_SEEDS) if options.seed is None else options.seed
     mat, places = generate_unique_mat(mat_settings, seed, view)
@@ -51,9 +43,7 @@ def print_mat(options: argparse.Namespace) -> None:
     save_csv(map_path, mat.dot_map)
     print(f'{options.out}: {len(mat.points)} dots on {len(layout.pages)} x {options.paper}, seed {seed}')
     print(places_report(places, view))
-    print(
-        f'{map_path}: the dot map, origin in the lower left corner; print at 100 % and measure the scale bar'
-    )
+    print(f'{map_path}: the dot map, origin in the lower left corner; print at 100 % and measure the scale bar')
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -65,11 +55,7 @@ def make_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('--out', type=Path, default=Path('mat.pdf'), metavar='PDF', help='default: %(default)s')
     add('--paper', choices=[*PAPERS, ROLL], default='A4', help='default: %(default)s')
-    add(
-        '--seed',
-        type=int,
-        help='seed of the dots, to print the same mat again (default: a new one each time)',
-    )
+    add('--seed', type=int, help='seed of the dots, to print the same mat again (default: a new one each time)')
     for kind in (MatSettings, PageSettings, ViewSettings):
         add_settings(parser, kind)
     return parser

@@ -66,9 +66,7 @@ def transform_points(points: FloorPoints, T_new_old: SE2, odometry_error: float)
     ``odometry_error`` is a fraction of the distance driven.
     """
     distance = math.hypot(T_new_old.x, T_new_old.y)
-    return FloorPoints(
-        T_new_old.transform(points.points), np.hypot(points.sigmas, odometry_error * distance / 3.0)
-    )
+    return FloorPoints(T_new_old.transform(points.points), np.hypot(points.sigmas, odometry_error * distance / 3.0))
 
 
 def merge_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
@@ -78,8 +76,7 @@ def merge_points(first: FloorPoints, second: FloorPoints) -> FloorPoints:
     distances, nearest = cKDTree(second.points).query(first.points)
     is_new = distances > _SAME_DOT_SIGMAS * np.hypot(first.sigmas, second.sigmas[nearest])
     return FloorPoints(
-        np.vstack([second.points, first.points[is_new]]),
-        np.concatenate([second.sigmas, first.sigmas[is_new]]),
+        np.vstack([second.points, first.points[is_new]]), np.concatenate([second.sigmas, first.sigmas[is_new]])
     )
 
 
@@ -105,9 +102,7 @@ class ViewDots(NamedTuple):
     density: float
 
 
-def make_view(
-    points: Floats, sigma: float, tilt_distortion: float, scale_tolerance: float, density: float
-) -> ViewDots:
+def make_view(points: Floats, sigma: float, tilt_distortion: float, scale_tolerance: float, density: float) -> ViewDots:
     """Return the view of dots on the floor at ``points``, shape (n, 2) [m]; other arguments as in `ViewDots`."""
     z = points[:, 0] + 1j * points[:, 1]
     return ViewDots(
@@ -213,9 +208,7 @@ class Level:
         return SE2(T_map_base.x - self.offset[0], T_map_base.y - self.offset[1], T_map_base.yaw)
 
 
-def arrange_levels(
-    names: Sequence[str], corners: Sequence[tuple[float, float, float, float]]
-) -> tuple[Level, ...]:
+def arrange_levels(names: Sequence[str], corners: Sequence[tuple[float, float, float, float]]) -> tuple[Level, ...]:
     """Arrange levels side by side in rows that form about a square.
 
     ``corners`` are the bounding box (x min, y min, x max, y max) of the dots of each level in its own frame [m].

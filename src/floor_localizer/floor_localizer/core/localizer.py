@@ -185,9 +185,7 @@ class FloorLocalizer:
         """Project dots to the floor, for the camera as mounted; dots above the horizon are dropped."""
         return self._project_to_floor(dots, camera)[1]
 
-    def _project_to_floor(
-        self, dots: DetectedDots, camera: PinholeCamera
-    ) -> tuple[DetectedDots, FloorPoints]:
+    def _project_to_floor(self, dots: DetectedDots, camera: PinholeCamera) -> tuple[DetectedDots, FloorPoints]:
         """Return the dots below the horizon and their positions on the floor."""
         points = self._mount.floor_points_from_rays(camera.rays_from_pixels(dots.pixels))
         is_visible = np.isfinite(points).all(axis=1)
@@ -205,9 +203,7 @@ class FloorLocalizer:
             self._floor.density,
         )
 
-    def _refine_pose(
-        self, points: FloorPoints, start: ScoredPose, dots: DetectedDots, used_prior: bool
-    ) -> Fix | NoFix:
+    def _refine_pose(self, points: FloorPoints, start: ScoredPose, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
         """Fit the full model, starting from a pose of the search."""
         settings = self._settings
         # Standard deviation of the uniform distribution: tolerance over sqrt(3).

@@ -91,12 +91,7 @@ def _tilt(x: float, y: float, z: float, state: Floats) -> tuple[float, float, fl
 
 @njit(cache=True)
 def fit_pose(
-    mounted: MountedRays,
-    targets: Floats,
-    sigmas: Floats,
-    matched: Booleans,
-    prior_sigmas: Floats,
-    state: Floats,
+    mounted: MountedRays, targets: Floats, sigmas: Floats, matched: Booleans, prior_sigmas: Floats, state: Floats
 ) -> Floats:
     """Fit the state to matched dots by Gauss-Newton, in place, and return its covariance, shape (6, 6).
 
@@ -128,13 +123,7 @@ def fit_pose(
 
 @njit(cache=True)
 def _add_dot(
-    mounted: MountedRays,
-    k: int,
-    target: Floats,
-    sigma: float,
-    state: Floats,
-    normal: Floats,
-    gradient: Floats,
+    mounted: MountedRays, k: int, target: Floats, sigma: float, state: Floats, normal: Floats, gradient: Floats
 ) -> None:
     """Add one dot's residual to the normal equations."""
     jacobian = np.empty((2, STATE_SIZE))
@@ -168,9 +157,7 @@ class Refinement(NamedTuple):
 
 
 @njit(cache=True)
-def refine_pose(
-    grid: DotGrid, mounted: MountedRays, sigmas: Floats, start: Floats, prior_sigmas: Floats
-) -> Refinement:
+def refine_pose(grid: DotGrid, mounted: MountedRays, sigmas: Floats, start: Floats, prior_sigmas: Floats) -> Refinement:
     """Fit the full model to all dots that match the map under it.
 
     Args:
@@ -189,9 +176,7 @@ def refine_pose(
     radii = np.minimum(_FIRST_GATES * GATE * sigmas, _MAX_RADIUS * grid.cell)
     tilt_radii = np.maximum(_radii_with_tilt(grid, mounted, sigmas, state, prior_sigmas), radii)
     near_count = _match_dots(grid, mounted, state, radii, matches, targets)
-    if near_count < (1.0 - _UNMATCHED_FRACTION) * _match_dots(
-        grid, mounted, state, tilt_radii, matches, targets
-    ):
+    if near_count < (1.0 - _UNMATCHED_FRACTION) * _match_dots(grid, mounted, state, tilt_radii, matches, targets):
         radii = tilt_radii
     for _ in range(_MAX_FITS):
         if _match_dots(grid, mounted, state, radii, matches, targets) < 3:
@@ -248,9 +233,7 @@ def _match_dots(
 
 
 @njit(cache=True)
-def _residual_scale(
-    mounted: MountedRays, state: Floats, matches: Ints, targets: Floats, sigmas: Floats
-) -> float:
+def _residual_scale(mounted: MountedRays, state: Floats, matches: Ints, targets: Floats, sigmas: Floats) -> float:
     """Return a lower confidence bound of the residuals over the dots' standard deviations, from the median, which is
     robust to outliers.
     """

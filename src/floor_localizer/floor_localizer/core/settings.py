@@ -17,13 +17,9 @@ class PoleStarSettings:
     pairs_per_region: int = setting(
         90, 'expected number of random candidates in a region, over all image dots', limits=(1, 1000)
     )
-    grid_pitch: float = setting(
-        0.06, 'distance between the nodes where overlap is counted', 'm', (0.001, 10.0)
-    )
+    grid_pitch: float = setting(0.06, 'distance between the nodes where overlap is counted', 'm', (0.001, 10.0))
     overlap_min: int = setting(5, 'minimum number of image dots of a region', limits=(2, 1000))
-    congruence_tolerance: float = setting(
-        0.0016, 'maximum difference of two equal distances', 'm', (1e-6, 0.1)
-    )
+    congruence_tolerance: float = setting(0.0016, 'maximum difference of two equal distances', 'm', (1e-6, 0.1))
     congruent_min: int = setting(5, 'minimum number of congruent pairs of a pose', limits=(2, 1000))
     address_block: float = setting(0.0028, 'side of a block of the address matrix', 'm', (1e-4, 0.1))
     match_rate_min: float = setting(0.31, 'minimum match rate of a pose', limits=(0.0, 1.0))
@@ -40,26 +36,18 @@ class LocalizerSettings:
         choices=('constellation', 'pole_star'),
     )
     match_rate_min: float = setting(
-        0.25,
-        'minimum fraction of the dots in view that match the map (paper: reference match rate)',
-        limits=(0.0, 1.0),
+        0.25, 'minimum fraction of the dots in view that match the map (paper: reference match rate)', limits=(0.0, 1.0)
     )
     chance_alignments_max: float = setting(
-        1e-3,
-        'maximum expected number of equally good chance alignments of an accepted pose',
-        limits=(1e-12, 0.1),
+        1e-3, 'maximum expected number of equally good chance alignments of an accepted pose', limits=(1e-12, 0.1)
     )
     scale_tolerance: float = setting(
         0.05, 'maximum relative error of the height of the camera above the floor', limits=(0.001, 0.15)
     )
     tilt_tolerance: float = setting(0.035, 'maximum tilt (roll, pitch) of the robot', 'rad', (0.001, 0.1))
-    map_sigma: float = setting(
-        0.00005, "standard deviation of the map's dots along each axis", 'm', (0.0, 0.01)
-    )
+    map_sigma: float = setting(0.00005, "standard deviation of the map's dots along each axis", 'm', (0.0, 0.01))
     cells_max: int = setting(
-        400000,
-        'maximum number of index cells opened for one view before the pair search',
-        limits=(0, 100000000),
+        400000, 'maximum number of index cells opened for one view before the pair search', limits=(0, 100000000)
     )
     pairs_max: int = setting(
         24,
@@ -129,10 +117,7 @@ class DotDetectorSettings:
     )
     minimum_diameter: float = setting(3.0, 'minimum diameter of a dot', 'px', (2.0, 500.0))
     maximum_diameter: float = setting(
-        0.0,
-        'maximum diameter of a dot; 0 for 5 % of the longer image side, at least 25 px',
-        'px',
-        (0.0, 1000.0),
+        0.0, 'maximum diameter of a dot; 0 for 5 % of the longer image side, at least 25 px', 'px', (0.0, 1000.0)
     )
     minimum_relative_diameter: float = setting(
         0.4, 'minimum diameter of a dot as a fraction of the typical diameter', limits=(0.0, 1.0)
@@ -157,11 +142,7 @@ class SurveySettings:
     """Accuracy of odometry, camera and floor, and how the survey is divided."""
 
     odometry_position_tolerance: float = setting(
-        0.004,
-        'position error of odometry between two images',
-        'm',
-        (0.0001, 0.1),
-        former_name='odometry_radius',
+        0.004, 'position error of odometry between two images', 'm', (0.0001, 0.1), former_name='odometry_radius'
     )
     odometry_yaw_tolerance: float = setting(
         0.03, 'yaw error of odometry between two images', 'rad', (0.0001, 0.5), former_name='odometry_turn'
@@ -183,11 +164,7 @@ class SurveySettings:
         0.00003, 'standard deviation of a dot on the floor, in addition to image noise', 'm', (0.0, 0.001)
     )
     merge_distance: float = setting(
-        0.0006,
-        'observations closer than this are merged into one dot',
-        'm',
-        (0.0001, 0.005),
-        former_name='same_dot',
+        0.0006, 'observations closer than this are merged into one dot', 'm', (0.0001, 0.005), former_name='same_dot'
     )
     chance_alignments_max: float = setting(
         1e-6,

@@ -51,9 +51,7 @@ class PosePredictor:
             return None
         last_stamp, last = self._poses[-1]
         step = self.relative_motion(last_stamp, stamp)
-        prior = (
-            self._predict_from_velocity(stamp) if step is None else self._predict_from_odometry(last, step)
-        )
+        prior = self._predict_from_velocity(stamp) if step is None else self._predict_from_odometry(last, step)
         return prior if prior.radius <= self.settings.prior_radius_max else None
 
     def _predict_from_odometry(self, last: SE2, step: SE2) -> PosePrior:
@@ -103,9 +101,7 @@ class FloorTracker:
         self._predictor = PosePredictor(self._settings)
         self._area: PosePrior | None = None
         self._area_stamp = math.nan  # of the first view after the area was set
-        self._unlocated_views: deque[tuple[float, FloorPoints]] = deque(
-            maxlen=self._settings.joined_views - 1
-        )
+        self._unlocated_views: deque[tuple[float, FloorPoints]] = deque(maxlen=self._settings.joined_views - 1)
         self._last_thorough = -math.inf
 
     def apply_settings(self, localizer: FloorLocalizer, settings: TrackerSettings) -> None:
@@ -205,18 +201,12 @@ class FloorTracker:
         """Return whether one view alone is not reliable enough."""
         if isinstance(result, Fix):
             return (
-                not result.used_prior
-                and result.expected_chance_alignments > self._settings.chance_alignments_alone_max
+                not result.used_prior and result.expected_chance_alignments > self._settings.chance_alignments_alone_max
             )
         return True
 
     def _locate_with_earlier_views(
-        self,
-        stamp: float,
-        dots: DetectedDots,
-        camera: PinholeCamera,
-        prior: PosePrior | None,
-        single_view: Fix | NoFix,
+        self, stamp: float, dots: DetectedDots, camera: PinholeCamera, prior: PosePrior | None, single_view: Fix | NoFix
     ) -> Fix | NoFix:
         """Find the pose from this view, merged by odometry with the earlier ones."""
         earlier = self._earlier_points(stamp)
@@ -236,7 +226,5 @@ class FloorTracker:
         for view_stamp, points in self._unlocated_views:
             step = self._predictor.relative_motion(view_stamp, stamp)
             if step is not None:
-                merged = merge_points(
-                    merged, transform_points(points, step.inverse(), self._settings.odometry_error)
-                )
+                merged = merge_points(merged, transform_points(points, step.inverse(), self._settings.odometry_error))
         return merged if len(merged.points) else None

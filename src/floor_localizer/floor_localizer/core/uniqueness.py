@@ -137,9 +137,7 @@ def inspect_place(
 def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> Floats:
     """Return the dots in a square around a place, shape (n, 2) [m]."""
     half = 0.5 * side
-    columns = np.clip(
-        [(x - half - grid.x0) // grid.cell, (x + half - grid.x0) // grid.cell], 0, grid.columns - 1
-    )
+    columns = np.clip([(x - half - grid.x0) // grid.cell, (x + half - grid.x0) // grid.cell], 0, grid.columns - 1)
     rows = np.clip([(y - half - grid.y0) // grid.cell, (y + half - grid.y0) // grid.cell], 0, grid.rows - 1)
     first, last = columns.astype(np.int64)
     parts = [
@@ -150,9 +148,7 @@ def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> Floats:
     return dots[(np.abs(dots - (x, y)) <= half).all(axis=1)]
 
 
-def _make_view(
-    points: Floats, density: float, view_settings: ViewSettings, settings: LocalizerSettings
-) -> ViewDots:
+def _make_view(points: Floats, density: float, view_settings: ViewSettings, settings: LocalizerSettings) -> ViewDots:
     return make_view(
         points,
         math.hypot(view_settings.dot_sigma, settings.map_sigma),
@@ -167,10 +163,7 @@ def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> S
     search = new_search(
         len(view.z), float(len(floor.grid.points)), settings.chance_alignments_max, settings.match_rate_min
     )
-    if (
-        not search_constellations(floor.grid, floor.index, view, search, _EXTRA_LOOKUPS)
-        and len(view.z) <= _FEW_DOTS
-    ):
+    if not search_constellations(floor.grid, floor.index, view, search, _EXTRA_LOOKUPS) and len(view.z) <= _FEW_DOTS:
         search_pairs(floor.grid, floor.addresses, view, search, settings.pairs_max)
     return search
 

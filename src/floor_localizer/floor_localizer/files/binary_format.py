@@ -156,9 +156,7 @@ def load_binary(path: Path) -> BinaryMap:
             raise DotMapError(f'{path}: is empty or truncated; {_REMEDY}')
         content = memory_map(path)
     except OSError as fault:
-        raise DotMapError(
-            f'{path}: cannot be read ({fault.strerror}); give a dot map, CSV or {SUFFIX}'
-        ) from fault
+        raise DotMapError(f'{path}: cannot be read ({fault.strerror}); give a dot map, CSV or {SUFFIX}') from fault
     header = _read_header(path, content)
     try:
         locations = {name: _array_location(header, name) for name in TYPES}
@@ -199,13 +197,8 @@ def _values_of(binary_map: BinaryMap) -> dict[str, Any]:
 
 
 def _assemble(values: dict[str, Any]) -> BinaryMap:
-    parts = {
-        part: kind(**{name: values[f'{part}.{name}'] for name in kind._fields})
-        for part, kind in _PARTS.items()
-    }
-    levels = tuple(
-        Level(name, *(tuple(location) for location in locations)) for name, *locations in values['sheets']
-    )
+    parts = {part: kind(**{name: values[f'{part}.{name}'] for name in kind._fields}) for part, kind in _PARTS.items()}
+    levels = tuple(Level(name, *(tuple(location) for location in locations)) for name, *locations in values['sheets'])
     return BinaryMap(IndexedMap(**parts, density=values['density'], levels=levels), values['diameters'])
 
 

@@ -47,9 +47,7 @@ def check_dot_map(dot_map: DotMap, source: str, locate: Callable[[int], str]) ->
 def check_dot_count(dots: int, source: str) -> None:
     """Check that a map has enough dots."""
     if dots < MIN_DOTS:
-        raise DotMapError(
-            f'{source}: has {dots} dots, at least {MIN_DOTS} are needed; survey more of the floor'
-        )
+        raise DotMapError(f'{source}: has {dots} dots, at least {MIN_DOTS} are needed; survey more of the floor')
 
 
 def check_dots(points: Floats, diameters: Floats, source: str, locate: Callable[[int], str]) -> None:
@@ -137,13 +135,9 @@ def _read_lines(path: Path) -> list[str]:
     try:
         text = path.read_text(encoding='utf-8-sig')
     except OSError as fault:
-        raise DotMapError(
-            f'{path}: cannot be read ({fault.strerror}); give a dot map, CSV or .dotmap'
-        ) from fault
+        raise DotMapError(f'{path}: cannot be read ({fault.strerror}); give a dot map, CSV or .dotmap') from fault
     except UnicodeDecodeError as fault:
-        raise DotMapError(
-            f'{path}: is not a text file; give a CSV with the header "{HEADER}", or a .dotmap'
-        ) from fault
+        raise DotMapError(f'{path}: is not a text file; give a CSV with the header "{HEADER}", or a .dotmap') from fault
     return [line.strip() for line in text.split('\n')]
 
 
@@ -159,8 +153,7 @@ def check_header(path: Path, head: bytes) -> None:
 def _check_columns(path: Path, head: str) -> None:
     if [column.strip().lower() for column in head.split(',')] != _COLUMNS:
         raise DotMapError(
-            f'{path}, line 1: the header is "{head[:40]}"; it must be "{HEADER}" '
-            '(metres; diameter may be empty)'
+            f'{path}, line 1: the header is "{head[:40]}"; it must be "{HEADER}" (metres; diameter may be empty)'
         )
 
 

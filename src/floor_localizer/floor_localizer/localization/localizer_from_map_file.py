@@ -55,7 +55,5 @@ def _describe(floor: IndexedMap) -> str:
     arrays = [part for part in (*floor.grid, *floor.index, *floor.addresses) if isinstance(part, np.ndarray)]
     megabytes = sum(array.nbytes for array in arrays) / 1e6
     levels = ', '.join(level.name for level in floor.levels)
-    text = (
-        f'map of {len(floor.grid.points)} dots, {len(floor.index.entries)} constellations, {megabytes:.0f} MB'
-    )
+    text = f'map of {len(floor.grid.points)} dots, {len(floor.index.entries)} constellations, {megabytes:.0f} MB'
     return f'{text}, levels: {levels}' if levels else text

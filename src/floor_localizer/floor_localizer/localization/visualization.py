@@ -52,9 +52,7 @@ def debug_picture(pixels: Pixels, result: Fix | NoFix) -> Pixels:
     """Return the image in blue, green, red with matched dots green, unmatched ones red, and the pose or why
     there is none.
     """
-    picture = np.array(
-        cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.ndim == 2 else pixels, dtype=np.uint8
-    )
+    picture = np.array(cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.ndim == 2 else pixels, dtype=np.uint8)
     if isinstance(result, Fix):
         _draw_rings(picture, result.dots, result.matched)
         pose = result.T_map_base
@@ -79,6 +77,4 @@ def _write(picture: Pixels, text: str) -> None:
     scale = _SMALL_TEXT * max(1.0, picture.shape[1] / _SMALL_WIDTH)
     (width, height), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, scale, 1)
     cv2.rectangle(picture, (0, 0), (width + 4, height + below + 4), _BACKGROUND, cv2.FILLED)
-    cv2.putText(
-        picture, text, (2, height + 2), cv2.FONT_HERSHEY_SIMPLEX, scale, (255, 255, 255), 1, cv2.LINE_AA
-    )
+    cv2.putText(picture, text, (2, height + 2), cv2.FONT_HERSHEY_SIMPLEX, scale, (255, 255, 255), 1, cv2.LINE_AA)

@@ -122,9 +122,7 @@ class Checkpoint:
     def save_dots(self, chunk: int, found: dict[int, Detection]) -> None:
         """Save the dots of a chunk of images; raises `OSError`."""
         tables = [
-            np.empty((0, 4))
-            if isinstance(dots, str)
-            else np.column_stack([dots.pixels, dots.diameters, dots.sigmas])
+            np.empty((0, 4)) if isinstance(dots, str) else np.column_stack([dots.pixels, dots.diameters, dots.sigmas])
             for dots in found.values()
         ]
         self._save(
@@ -132,9 +130,7 @@ class Checkpoint:
             images=np.array(list(found), dtype=np.int64),
             counts=np.array([len(table) for table in tables], dtype=np.int64),
             dots=np.concatenate(tables) if tables else np.empty((0, 4)),
-            faults=np.array(
-                [dots if isinstance(dots, str) else '' for dots in found.values()], dtype=np.str_
-            ),
+            faults=np.array([dots if isinstance(dots, str) else '' for dots in found.values()], dtype=np.str_),
         )
 
     def load_submaps(self, span: int) -> list[Submap] | None:

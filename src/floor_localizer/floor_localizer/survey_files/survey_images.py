@@ -85,10 +85,7 @@ class BagImageBatch:
             messages = bag.messages_between([self.topic], self.begin_ns, self.end_ns)
             for index, raw in enumerate(messages, start=self.first):
                 if index in wanted:
-                    yield (
-                        index,
-                        self._pixels(bag.decode(raw), is_compressed=raw.msgtype.endswith('CompressedImage')),
-                    )
+                    yield (index, self._pixels(bag.decode(raw), is_compressed=raw.msgtype.endswith('CompressedImage')))
 
     def _pixels(self, message: Any, *, is_compressed: bool) -> Pixels | str:
         read = array_from_compressed_image if is_compressed else array_from_image

@@ -63,10 +63,7 @@ def survey_report(run: SurveyRun, scale: float | None) -> str:
     for name, angles in (('roll', suspension[1]), ('pitch', suspension[2])):
         camera += f', {name} {angles.mean():+.2f}° ± {angles.std():.2f}°'
     rows = [
-        (
-            'images',
-            f'{len(result.images)} of {len(run.images)} are on the map, {len(run.faults)} could not be used',
-        ),
+        ('images', f'{len(result.images)} of {len(run.images)} are on the map, {len(run.faults)} could not be used'),
         (
             'dots',
             f'{len(result.dot_map)}, {len(counts)} of them new; {result.spurious_count} more were dropped as spurious',

@@ -47,12 +47,7 @@ def _detect_image(detector: DotDetector, pixels: Pixels, name: str) -> Detection
 
 
 def build_span_submaps(
-    checkpoint: Checkpoint,
-    span: int,
-    packed: PackedImages,
-    first: int,
-    position: Floats,
-    settings: SurveySettings,
+    checkpoint: Checkpoint, span: int, packed: PackedImages, first: int, position: Floats, settings: SurveySettings
 ) -> None:
     """Build the submaps of a span of images: one, or several where consecutive images do not match.
 
@@ -87,10 +82,7 @@ def survey_inputs(
     source: FolderSource | BagSource, mount: CameraMount, settings: SurveySettings, existing: DotMap | None
 ) -> dict[str, object]:
     """Return everything besides the code that the results depend on, by human-readable names."""
-    poses = [
-        (frame.name, frame.T_odom_base.x, frame.T_odom_base.y, frame.T_odom_base.yaw)
-        for frame in source.frames
-    ]
+    poses = [(frame.name, frame.T_odom_base.x, frame.T_odom_base.y, frame.T_odom_base.yaw) for frame in source.frames]
     files = [(path.name, (now := path.stat()).st_size, now.st_mtime_ns) for path in source.files]
     return {
         'images': _digest(repr(files).encode()),
@@ -134,11 +126,7 @@ def run_survey(
 
 
 def build_all_submaps(
-    source: SurveySource,
-    mount: CameraMount,
-    settings: SurveySettings,
-    checkpoint: Checkpoint,
-    runner: TaskRunner,
+    source: SurveySource, mount: CameraMount, settings: SurveySettings, checkpoint: Checkpoint, runner: TaskRunner
 ) -> tuple[PackedImages, int, list[str]]:
     """Detect dots and build submaps in parallel tasks.
 
@@ -156,9 +144,7 @@ def build_all_submaps(
     faults: list[str] = []
     images = pack_images(checkpoint.images_file, _usable_images(source, mount, checkpoint, chunks, faults))
     if len(faults) > (1.0 - _MIN_USABLE_FRACTION) * len(chosen):
-        raise FloorLocalizerError(
-            f'{len(faults)} of {len(chosen)} images cannot be used; the first: {faults[0]}'
-        )
+        raise FloorLocalizerError(f'{len(faults)} of {len(chosen)} images cannot be used; the first: {faults[0]}')
     if len(images) < 2:
         raise FloorLocalizerError(
             f'{len(images)} image of the drive shows new floor, at least 2 are needed; drive farther'
@@ -182,9 +168,7 @@ def _iterate_submaps(checkpoint: Checkpoint, spans: int) -> Iterator[Submap]:
                 bar.update()
 
 
-def _detect_dots(
-    source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner
-) -> int:
+def _detect_dots(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner) -> int:
     """Detect the dots of the keyframes; return the number of chunks in the checkpoint."""
     chunks = [chosen[start : start + IMAGES_PER_CHUNK] for start in range(0, len(chosen), IMAGES_PER_CHUNK)]
     tasks = [

@@ -42,17 +42,13 @@ def load_odometry(path: Path, images: Sequence[Path]) -> list[SE2]:
     known = _from_csv(path)
     for image in images:
         if image.name not in known:
-            raise FloorLocalizerError(
-                f'{path}: odometry is missing for {image.name}; give one line per image'
-            )
+            raise FloorLocalizerError(f'{path}: odometry is missing for {image.name}; give one line per image')
     return [known[image.name] for image in images]
 
 
 def _from_tum(path: Path, count: int) -> list[SE2]:
     trajectory = load_tum(path)
-    lines = [
-        line for line in path.read_text().splitlines() if line.strip() and not line.lstrip().startswith('#')
-    ]
+    lines = [line for line in path.read_text().splitlines() if line.strip() and not line.lstrip().startswith('#')]
     stamps = [float(line.split()[0]) for line in lines]
     back = np.flatnonzero(np.diff(stamps) <= 0.0)
     if len(back):
@@ -60,9 +56,7 @@ def _from_tum(path: Path, count: int) -> list[SE2]:
             f'{path}: its stamps run backwards after {stamps[back[0]]:.3f} s; give the poses in the order of the images'
         )
     if len(trajectory) != count:
-        raise FloorLocalizerError(
-            f'{path}: has {len(trajectory)} poses for {count} images; give one line per image'
-        )
+        raise FloorLocalizerError(f'{path}: has {len(trajectory)} poses for {count} images; give one line per image')
     return [
         SE2(float(xyz[0]), float(xyz[1]), yaw_from_quaternion(*(float(batch) for batch in q)))
         for xyz, q in zip(trajectory.positions, trajectory.quaternions, strict=True)
@@ -77,9 +71,7 @@ def _from_csv(path: Path) -> dict[str, SE2]:
             f'{path}: cannot be read; give a CSV with the header "{",".join(COLUMNS)}"'
         ) from fault
     if not rows or tuple(field.strip().lower() for field in rows[0]) != COLUMNS:
-        raise FloorLocalizerError(
-            f'{path}, line 1: the header must be "{",".join(COLUMNS)}" (metres and radians)'
-        )
+        raise FloorLocalizerError(f'{path}, line 1: the header must be "{",".join(COLUMNS)}" (metres and radians)')
     known: dict[str, SE2] = {}
     for number, row in enumerate(rows[1:], start=2):
         if not row:
@@ -161,9 +153,7 @@ class BagSource:
             odometry_buffer = _read_odometry(bag, self._topics.odometry)
             self.camera, stamps, self._received = _read_stamps(bag, self._topics)
         self.frames = [
-            Frame(
-                f'image {index} of {self._topics.images[0]}', odometry_buffer.pose_at(stamp, f'image {index}')
-            )
+            Frame(f'image {index} of {self._topics.images[0]}', odometry_buffer.pose_at(stamp, f'image {index}'))
             for index, stamp in enumerate(stamps)
         ]
 

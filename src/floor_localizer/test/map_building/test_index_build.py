@@ -38,9 +38,7 @@ def at_once(source: Path) -> bytes:
     return path.read_bytes()
 
 
-def build(
-    sources: list[Path], out: Path, runner: TaskRunner | None = None, sizes: PartSizes = SMALL
-) -> bytes:
+def build(sources: list[Path], out: Path, runner: TaskRunner | None = None, sizes: PartSizes = SMALL) -> bytes:
     IndexBuild(sources, out, runner or InProcessRunner(), sizes).run()
     return out.read_bytes()
 
@@ -52,9 +50,7 @@ def test_parts_make_the_same_bytes_as_the_whole(source, at_once, tmp_path, sizes
     assert [path.name for path in tmp_path.iterdir()] == ['map']
 
 
-def test_a_build_that_dies_again_and_again_repeats_nothing_and_ends_with_the_same_bytes(
-    source, at_once, tmp_path
-):
+def test_a_build_that_dies_again_and_again_repeats_nothing_and_ends_with_the_same_bytes(source, at_once, tmp_path):
     done = {}
     for tasks in (5, 1, 4, 3, 6):
         with pytest.raises(SystemExit):

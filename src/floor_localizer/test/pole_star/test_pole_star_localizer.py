@@ -65,9 +65,7 @@ def test_the_matcher_is_searched_with_its_own_settings(localizer: FloorLocalizer
 
 def test_only_known_matchers_can_be_selected(capsys: pytest.CaptureFixture[str]) -> None:
     assert (
-        make_parser()
-        .parse_args(['--map', 'm', '--images', 'i', '--out', 'o', '--matcher', 'pole_star'])
-        .matcher
+        make_parser().parse_args(['--map', 'm', '--images', 'i', '--out', 'o', '--matcher', 'pole_star']).matcher
         == 'pole_star'
     )
     with pytest.raises(SettingsError, match='matcher'):

@@ -8,12 +8,7 @@ from floor_views import random_floor
 from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, survey
 
 from floor_localizer.core.independent_tasks import InProcessRunner
-from floor_localizer.core.survey.adjustment.block_partition import (
-    BlockPartitioner,
-    Tile,
-    split_into_tiles,
-    store_boxes,
-)
+from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner, Tile, split_into_tiles, store_boxes
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
 from floor_localizer.core.survey.adjustment.dot_estimation import fix_dots, store_existing_dots
 from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
@@ -142,9 +137,7 @@ def views_of_a_dot_each(points: np.ndarray) -> list[SurveyImage]:
     """Return images of one dot each, all from the map's origin."""
     directions = np.column_stack([points - POSITION[:2], np.full(len(points), -POSITION[2])])
     one, home = np.full(1, 0.0001), SE2(0.0, 0.0, 0.0)
-    return [
-        SurveyImage(str(k), home, directions[[k]], points[[k]], one, 20.0 * one) for k in range(len(points))
-    ]
+    return [SurveyImage(str(k), home, directions[[k]], points[[k]], one, 20.0 * one) for k in range(len(points))]
 
 
 def test_a_cluster_over_many_tiles_is_one_dot():

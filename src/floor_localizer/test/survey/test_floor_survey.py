@@ -79,9 +79,7 @@ def test_a_loop_is_closed_despite_odometry_drift():
         truth += [SE2(*start, yaw - s * np.pi / 2) for s in (0.75, 0.5, 0.25) if yaw]
         way = np.subtract(end, start)
         truth += [SE2(*(start + s * way), yaw) for s in np.arange(0.0, 1.0, 0.03 / np.hypot(*way))]
-    drive = drive_over(
-        random_floor(3, (0.5, 0.5)), [pose @ SE2(*MOUNT.xyz[:2], 0.0).inverse() for pose in truth]
-    )
+    drive = drive_over(random_floor(3, (0.5, 0.5)), [pose @ SE2(*MOUNT.xyz[:2], 0.0).inverse() for pose in truth])
     result = survey(drive)
     assert result.loop_closures >= 1
     assert errors(drive, result).max() < 0.001

@@ -100,9 +100,7 @@ def _handshake(link: ControllerProtocol) -> None:
             return
 
 
-def _measure_push(
-    link: ControllerProtocol, ask: Callable[[str], str], instruction: str, question: str
-) -> MeasuredRun:
+def _measure_push(link: ControllerProtocol, ask: Callable[[str], str], instruction: str, question: str) -> MeasuredRun:
     ask(f'{instruction} Press Enter before you begin. ')
     before = link.read_counts()
     answer = ask(question)
@@ -186,9 +184,7 @@ def write_values(source: Path, path: Path, values: Mapping[str, float]) -> None:
     text = source.read_text(encoding='utf-8')
     section = _SECTION.search(text)
     if section is None:
-        raise MotorBridgeError(
-            f'{source}: has no /**: and no motor_bridge:; start from config/motor_bridge.yaml'
-        )
+        raise MotorBridgeError(f'{source}: has no /**: and no motor_bridge:; start from config/motor_bridge.yaml')
     own = section[0]
     for name, value in values.items():
         own, count = re.subn(rf'(?m)^(\s+{name}:)[^#\n]*?(\s*#.*)?$', rf'\g<1> {value:.6g}\g<2>', own)

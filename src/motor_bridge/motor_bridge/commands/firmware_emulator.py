@@ -105,19 +105,8 @@ def make_parser() -> argparse.ArgumentParser:
         f'standard input inject faults: {", ".join(FAULTS)}, followed by seconds or a number (silence 1.5).',
     )
     add = parser.add_argument
-    add(
-        '--link',
-        type=Path,
-        metavar='PATH',
-        help='symbolic link to the terminal, renewed at each reconnection',
-    )
-    add(
-        '--latency',
-        type=float,
-        default=0.002,
-        metavar='S',
-        help='latency of each reply (default: %(default)s)',
-    )
+    add('--link', type=Path, metavar='PATH', help='symbolic link to the terminal, renewed at each reconnection')
+    add('--latency', type=float, default=0.002, metavar='S', help='latency of each reply (default: %(default)s)')
     add('--seed', type=_seed, default=0, help='seed of slip and noise (default: %(default)s)')
     for each in describe_settings(EmulatorSettings):
         unit = f' [{each.unit}]' if each.unit else ''

@@ -100,8 +100,6 @@ class TickAccumulator:
             self._error = 0.0  # a stopped wheel must not turn, and the error is not carried over a reversal
         below = math.floor(target)
         choices = (below, below + 1) if target != below else (below,)
-        self._commanded = min(
-            choices, key=lambda commanded: abs(self._error + (target - commanded) * self._frames)
-        )
+        self._commanded = min(choices, key=lambda commanded: abs(self._error + (target - commanded) * self._frames))
         self._target = target
         return self._commanded

@@ -72,9 +72,7 @@ def calibrate_wheels(
         radius,
         separation,
         max(abs(run.measured / angle - radius) for run, angle in zip(straights, angles, strict=True)),
-        max(
-            abs(distance / run.measured - separation) for run, distance in zip(turns, distances, strict=True)
-        ),
+        max(abs(distance / run.measured - separation) for run, distance in zip(turns, distances, strict=True)),
         sum(run.left for run in straights) / sum(run.right for run in straights) - 1.0,
     )
 
@@ -87,9 +85,7 @@ def _fit_slope(x: Sequence[float], y: Sequence[float]) -> float:
 def _check_run(run: MeasuredRun, ticks: float, name: str) -> None:
     values = (run.left, run.right, run.measured)
     if not all(map(math.isfinite, values)) or abs(ticks) < _TICKS_MIN or run.measured == 0.0:
-        raise MotorBridgeError(
-            f'a {name} of {ticks:.0f} ticks and {run.measured:g} is too short; make it longer'
-        )
+        raise MotorBridgeError(f'a {name} of {ticks:.0f} ticks and {run.measured:g} is too short; make it longer')
     if ticks * run.measured < 0.0:
         raise MotorBridgeError(
             f'in a {name} the encoders counted backwards; check signs, or swap the wires of motors and encoders'

@@ -67,7 +67,4 @@ class DiffDriveKinematics:
 
     def to_velocity(self, left: float, right: float) -> tuple[float, float]:
         """Return v = r (l + r') / 2 and ω = r (r' - l) / b of the wheel speeds l and r' [rad/s]."""
-        return (
-            0.5 * self._wheel_radius * (left + right),
-            self._wheel_radius * (right - left) / self.separation,
-        )
+        return (0.5 * self._wheel_radius * (left + right), self._wheel_radius * (right - left) / self.separation)

@@ -42,9 +42,7 @@ class WheelMotionBounds:
 
     def apply_settings(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
         """Use other velocity limits."""
-        fastest = kinematics.to_wheel_ticks(
-            Velocity(settings.max_linear_velocity, -settings.max_angular_velocity)
-        )[0]
+        fastest = kinematics.to_wheel_ticks(Velocity(settings.max_linear_velocity, -settings.max_angular_velocity))[0]
         self._pushed_speed_max = _PUSH_FACTOR * fastest / kinematics.frame
 
     def set_commanded(self, left: int, right: int) -> None:
@@ -75,9 +73,7 @@ class WheelMotionBounds:
         """Return the greatest turn of a wheel, even if it is pushed [ticks]."""
         return self._pushed_speed_max * elapsed + COUNT_NOISE
 
-    def _bounds(
-        self, low: NDArray[np.float64], high: NDArray[np.float64], elapsed: float
-    ) -> NDArray[np.float64]:
+    def _bounds(self, low: NDArray[np.float64], high: NDArray[np.float64], elapsed: float) -> NDArray[np.float64]:
         tolerance = self._ripple * elapsed + COUNT_NOISE
         least = low * np.where(low < 0.0, 1.0 + _OVERSHOOT, 1.0 - _OVERSHOOT) * elapsed - tolerance
         most = high * np.where(high > 0.0, 1.0 + _OVERSHOOT, 1.0 - _OVERSHOOT) * elapsed + tolerance
@@ -170,7 +166,6 @@ def count_difference(before: WheelCounts, after: WheelCounts) -> tuple[int, int]
     """Return the differences of the counts [ticks], modulo 2^32 with the least absolute value."""
     half = 1 << 31
     left, right = (
-        (new - old + half) % (2 * half) - half
-        for old, new in ((before.left, after.left), (before.right, after.right))
+        (new - old + half) % (2 * half) - half for old, new in ((before.left, after.left), (before.right, after.right))
     )
     return left, right

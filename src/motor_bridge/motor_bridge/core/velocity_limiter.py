@@ -33,10 +33,7 @@ class VelocityLimiter:
         """Use other limits from the present velocity on, which brakes to a lower maximum speed."""
         before, u, acceleration = self._unit, self._u, self._acceleration
         self._unit = settings.max_linear_acceleration, settings.max_angular_acceleration
-        self._fastest = (
-            settings.max_linear_velocity / self._unit[0],
-            settings.max_angular_velocity / self._unit[1],
-        )
+        self._fastest = (settings.max_linear_velocity / self._unit[0], settings.max_angular_velocity / self._unit[1])
         self._jerk = settings.max_linear_jerk / settings.max_linear_acceleration
         scale = before[0] / self._unit[0], before[1] / self._unit[1]
         self._u = u[0] * scale[0], u[1] * scale[1]
@@ -57,9 +54,7 @@ class VelocityLimiter:
 
         The remainder of a step of the time since the last call [s] is kept for the next call.
         """
-        target = self._clamp_speed(
-            target_velocity.forward / self._unit[0], target_velocity.turn_rate / self._unit[1]
-        )
+        target = self._clamp_speed(target_velocity.forward / self._unit[0], target_velocity.turn_rate / self._unit[1])
         self._unused_time += min(max(elapsed, 0.0), _ELAPSED_MAX)
         count = math.floor(self._unused_time / STEP + 1e-9)
         self._unused_time = max(0.0, self._unused_time - count * STEP)

@@ -42,16 +42,12 @@ class WheelOdometry:
         distance = 0.5 * (abs(left) + abs(right))
         self.covariance[:2, :2] += distance**2 * np.eye(2)
 
-    def velocity_covariance(
-        self, left: float, right: float, elapsed: float, tick: float
-    ) -> NDArray[np.float64]:
+    def velocity_covariance(self, left: float, right: float, elapsed: float, tick: float) -> NDArray[np.float64]:
         """Return the covariance of linear speed and turn rate, shape (2, 2), from wheel distances [m] in some time [s].
 
         Each distance has two rounded counts; ``tick`` is the distance per tick [m].
         """
-        variances = [
-            (self._noise**2 * abs(distance) + tick**2 / 6.0) / elapsed**2 for distance in (left, right)
-        ]
+        variances = [(self._noise**2 * abs(distance) + tick**2 / 6.0) / elapsed**2 for distance in (left, right)]
         G = np.array([[0.5, 0.5], [-1.0 / self._separation, 1.0 / self._separation]])
         return G @ np.diag(variances) @ G.T
 

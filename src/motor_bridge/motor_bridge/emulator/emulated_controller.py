@@ -130,8 +130,7 @@ class RobotModel:
         """Move the robot by the distances of its wheels [m], minus slip."""
         settings, sigma = self._settings, self._settings.slip_sigma
         left, right = (
-            (1.0 - settings.slip) * distance
-            + (sigma * math.sqrt(abs(distance)) * self._rng.normal() if sigma else 0.0)
+            (1.0 - settings.slip) * distance + (sigma * math.sqrt(abs(distance)) * self._rng.normal() if sigma else 0.0)
             for distance in distances
         )
         forward, turn = 0.5 * (left + right), (right - left) / settings.wheel_separation

@@ -118,8 +118,7 @@ class Firmware:
 
     def _counts(self) -> tuple[int, int]:
         left, right = (
-            wrap_signed(count - origin, 32)
-            for count, origin in zip(self._read_counts(), self._origins, strict=True)
+            wrap_signed(count - origin, 32) for count, origin in zip(self._read_counts(), self._origins, strict=True)
         )
         return left, right
 

@@ -33,12 +33,7 @@ class PseudoTerminal:
     path: str
 
     def __init__(
-        self,
-        controller: EmulatedController,
-        lock: Lock,
-        *,
-        faults: LineFaults | None = None,
-        link: Path | None = None,
+        self, controller: EmulatedController, lock: Lock, *, faults: LineFaults | None = None, link: Path | None = None
     ) -> None:
         """Prepare; the port exists inside of the `with` statement.
 

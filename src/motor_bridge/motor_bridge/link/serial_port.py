@@ -115,6 +115,4 @@ class SerialPort:
         try:
             yield
         except (OSError, termios.error, TypeError, ValueError) as fault:  # the last two: of a closed port
-            raise PortError(
-                f'{self._path} was disconnected or accepts no bytes; reconnect the controller'
-            ) from fault
+            raise PortError(f'{self._path} was disconnected or accepts no bytes; reconnect the controller') from fault

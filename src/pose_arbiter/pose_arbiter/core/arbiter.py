@@ -49,9 +49,7 @@ class Arbiter:
     def reset(self) -> None:
         """Clear the state, the measurements and the odometry."""
         self._odometry = OdometryBuffer(
-            history=self._history_length,
-            speed_max=self._settings.speed_max,
-            turn_rate_max=self._settings.turn_rate_max,
+            history=self._history_length, speed_max=self._settings.speed_max, turn_rate_max=self._settings.turn_rate_max
         )
         self._newest: int | None = None
         self._base = self._rejection.initial_state()  # state before the first measurement
@@ -81,9 +79,7 @@ class Arbiter:
         self._advance(stamp)
         return None
 
-    def add_pose(
-        self, source: int, stamp: int, pose: SE2, noise: Covariance | None, now: int
-    ) -> RejectReason | None:
+    def add_pose(self, source: int, stamp: int, pose: SE2, noise: Covariance | None, now: int) -> RejectReason | None:
         """Add a pose of a source or of the `OPERATOR`.
 
         Args:

@@ -126,9 +126,7 @@ def compute_innovation(estimate: Estimate, pose: SE2) -> Vector:
     return pose.x - estimate.x, pose.y - estimate.y, math.remainder(pose.yaw - estimate.yaw, math.tau)
 
 
-def update(
-    estimate: Estimate, innovation: Vector, source: int, noise: Covariance, bias_fraction: float
-) -> Estimate:
+def update(estimate: Estimate, innovation: Vector, source: int, noise: Covariance, bias_fraction: float) -> Estimate:
     """Measurement update with a pose z = p + √a L u + v: pose p, bias u of the source, white noise v.
 
     The bias is estimated only where the pose is more certain than this source alone could make it, which is the work of

@@ -23,10 +23,7 @@ class LocalizationStatus(Enum):
 
 
 def localization_status(
-    state: FilterState,
-    estimate: Estimate | None,
-    sources: tuple[SourceSettings, ...],
-    settings: ArbiterSettings,
+    state: FilterState, estimate: Estimate | None, sources: tuple[SourceSettings, ...], settings: ArbiterSettings
 ) -> LocalizationStatus:
     """Return the localization status.
 

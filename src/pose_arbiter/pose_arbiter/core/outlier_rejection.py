@@ -131,24 +131,16 @@ class OutlierRejection:
         return predicted._replace(P=P)
 
     def _gate_and_update(
-        self,
-        state: FilterState,
-        predicted: Estimate,
-        measurement: PoseMeasurement,
-        observed: PoseWithOdometry,
+        self, state: FilterState, predicted: Estimate, measurement: PoseMeasurement, observed: PoseWithOdometry
     ) -> tuple[MeasurementStatus, Estimate | None]:
         """Return the status of a measurement and the new estimate, None for a rejected measurement."""
         # Gate: innovation d, covariances of the pose, the measurement and the margin, dᵀ (T + R + S)⁻¹ d.
         innovation = compute_innovation(predicted, measurement.pose)
-        covariance = add_covariances(
-            add_covariances(predicted.covariance, measurement.noise), self._gate_margin
-        )
+        covariance = add_covariances(add_covariances(predicted.covariance, measurement.noise), self._gate_margin)
         if mahalanobis_squared(innovation, inverse(covariance)) > self._gate:
             # Outside: the robot was moved, or the estimate is wrong, if the pose has enough support.
             if self._can_reset(state, measurement, observed):
-                return MeasurementStatus.RESET, self._reset_to(
-                    measurement, observed.odometry, _RESET_INFLATION
-                )
+                return MeasurementStatus.RESET, self._reset_to(measurement, observed.odometry, _RESET_INFLATION)
             return MeasurementStatus.OUTSIDE_GATE, None
         # Inside: a source that was rejected must stay inside for a while.
         if self._is_on_probation(state, measurement, observed.odometry):
@@ -159,9 +151,7 @@ class OutlierRejection:
             predicted, innovation, measurement.source, measurement.noise, bias_fraction
         )
 
-    def _can_initialize(
-        self, state: FilterState, measurement: PoseMeasurement, observed: PoseWithOdometry
-    ) -> bool:
+    def _can_initialize(self, state: FilterState, measurement: PoseMeasurement, observed: PoseWithOdometry) -> bool:
         """Return whether another source agrees, or no other one can, or this is the best one after the wait."""
         if len(self._sources) == 1 or self._agreeing_sources(state, measurement.source, observed):
             return True
@@ -170,26 +160,17 @@ class OutlierRejection:
         # The best: fresh, with the highest priority, then with the longest consistent run.
         ranked = [
             (source.priority, source_state.run_length, -number)
-            for number, (source, source_state) in enumerate(
-                zip(self._sources, state.source_states, strict=True)
-            )
-            if source_state.alternative is None
-            and source_state.is_fresh(measurement.stamp, self._timeouts[number])
+            for number, (source, source_state) in enumerate(zip(self._sources, state.source_states, strict=True))
+            if source_state.alternative is None and source_state.is_fresh(measurement.stamp, self._timeouts[number])
         ]
         return bool(ranked) and max(ranked)[2] == -measurement.source
 
-    def _reset_to(
-        self, measurement: PoseMeasurement, odometry: CumulativeOdometry, inflation: float
-    ) -> Estimate:
+    def _reset_to(self, measurement: PoseMeasurement, odometry: CumulativeOdometry, inflation: float) -> Estimate:
         noise = scale_covariance(measurement.noise, inflation)
         initial = initialize(odometry, measurement.pose, noise, len(self._sources))
-        return initialize_from_source(
-            initial, measurement.source, measurement.noise, self._settings.bias_fraction
-        )
+        return initialize_from_source(initial, measurement.source, measurement.noise, self._settings.bias_fraction)
 
-    def _is_on_probation(
-        self, state: FilterState, measurement: PoseMeasurement, odometry: CumulativeOdometry
-    ) -> bool:
+    def _is_on_probation(self, state: FilterState, measurement: PoseMeasurement, odometry: CumulativeOdometry) -> bool:
         """Return whether a rejected source must stay inside the gate for longer before it is accepted again.
 
         A source that drifts away passes the gate now and then. If it were accepted at once, it would pull the pose as
@@ -208,9 +189,7 @@ class OutlierRejection:
         supporting = self._supporting_sources(state, measurement.stamp)
         return is_too_short and any(k != measurement.source for k in supporting)
 
-    def _can_reset(
-        self, state: FilterState, measurement: PoseMeasurement, observed: PoseWithOdometry
-    ) -> bool:
+    def _can_reset(self, state: FilterState, measurement: PoseMeasurement, observed: PoseWithOdometry) -> bool:
         """Return whether the estimate is reset to a pose outside the gate.
 
         Enough consistent poses must have been rejected. One source alone then resets the estimate if no source, itself
@@ -227,9 +206,7 @@ class OutlierRejection:
             return False
         supporting = self._supporting_sources(state, measurement.stamp)
         supporters = [
-            k
-            for k in supporting
-            if k not in challengers and state.source_states[k].status is MeasurementStatus.USED
+            k for k in supporting if k not in challengers and state.source_states[k].status is MeasurementStatus.USED
         ]
         is_outvoted = self._count_votes(state, challengers) > self._count_votes(state, supporters)
         return not supporting or (is_outvoted and (len(challengers) > 1 or bool(supporters)))
@@ -237,8 +214,7 @@ class OutlierRejection:
     def _count_votes(self, state: FilterState, numbers: Sequence[int]) -> int:
         enough = self._settings.established_count
         return sum(
-            _VOTES_ESTABLISHED if state.source_states[k].accepted_count >= enough else _VOTES_NEW
-            for k in numbers
+            _VOTES_ESTABLISHED if state.source_states[k].accepted_count >= enough else _VOTES_NEW for k in numbers
         )
 
     def _supporting_sources(self, state: FilterState, stamp: int) -> list[int]:

@@ -15,16 +15,10 @@ class ArbiterSettings:
         2.0, 'messages that arrive later than this are rejected as too old', 's', (0.1, 30.0)
     )
     gate_probability: float = setting(
-        0.99,
-        'fraction of correct poses that pass the gate (chi-square, 3 degrees of freedom)',
-        limits=(0.5, 0.999999),
+        0.99, 'fraction of correct poses that pass the gate (chi-square, 3 degrees of freedom)', limits=(0.5, 0.999999)
     )
     odometry_noise_xy: float = setting(
-        0.05,
-        'standard deviation of odometry along x and y after 1 m',
-        'm',
-        (1e-4, 1.0),
-        former_name='way_noise',
+        0.05, 'standard deviation of odometry along x and y after 1 m', 'm', (1e-4, 1.0), former_name='way_noise'
     )
     odometry_noise_yaw: float = setting(
         0.04,
@@ -42,9 +36,7 @@ class ArbiterSettings:
     speed_max: float = setting(3.0, 'faster odometry is treated as a jump', 'm/s', (0.1, 50.0))
     turn_rate_max: float = setting(10.0, 'faster odometry is treated as a jump', 'rad/s', (0.1, 100.0))
     drift_speed: float = setting(0.5, 'assumed robot speed while there is no odometry', 'm/s', (0.01, 10.0))
-    drift_turn_rate: float = setting(
-        0.5, 'assumed yaw rate while there is no odometry', 'rad/s', (0.01, 10.0)
-    )
+    drift_turn_rate: float = setting(0.5, 'assumed yaw rate while there is no odometry', 'rad/s', (0.01, 10.0))
     gate_margin_xy: float = setting(
         0.005, 'position difference that the gate ignores', 'm', (0.0, 0.5), former_name='slack_xy'
     )
@@ -64,9 +56,7 @@ class ArbiterSettings:
         (0.1, 10000.0),
         former_name='lasting_way',
     )
-    reset_count: int = setting(
-        5, 'consistent rejected poses that reset an estimate without support', limits=(2, 100)
-    )
+    reset_count: int = setting(5, 'consistent rejected poses that reset an estimate without support', limits=(2, 100))
     consistency_window: float = setting(
         1.0,
         "time over which a source's motion is compared with odometry",
@@ -78,12 +68,8 @@ class ArbiterSettings:
     established_count: int = setting(
         30, 'accepted poses after which a source gets 3 votes instead of 2', limits=(1, 10000)
     )
-    lost_sigma_xy: float = setting(
-        0.5, 'position standard deviation above which the pose is lost', 'm', (0.01, 100.0)
-    )
-    lost_sigma_yaw: float = setting(
-        0.35, 'yaw standard deviation above which the pose is lost', 'rad', (0.01, 3.2)
-    )
+    lost_sigma_xy: float = setting(0.5, 'position standard deviation above which the pose is lost', 'm', (0.01, 100.0))
+    lost_sigma_yaw: float = setting(0.35, 'yaw standard deviation above which the pose is lost', 'rad', (0.01, 3.2))
 
 
 @tunable('sigma_xy', 'sigma_yaw', 'timeout', 'priority', 'offset')
@@ -97,9 +83,7 @@ class SourceSettings:
     with_covariance: bool = setting(
         True, 'true: the topic is PoseWithCovarianceStamped; false: PoseStamped with the sigmas below'
     )
-    sigma_xy: float = setting(
-        0.01, 'standard deviation along x and y of poses without covariance', 'm', (1e-6, 10.0)
-    )
+    sigma_xy: float = setting(0.01, 'standard deviation along x and y of poses without covariance', 'm', (1e-6, 10.0))
     sigma_yaw: float = setting(
         0.01, 'standard deviation of the yaw of poses without covariance', 'rad', (1e-6, math.pi)
     )

@@ -117,9 +117,7 @@ class SourceState(NamedTuple):
                 accepted_stamp=odometry.stamp,
             )
         if status is MeasurementStatus.OUTSIDE_GATE:
-            return self._replace(
-                status=status, rejected_count=self.rejected_count + 1, inside_gate_since=None
-            )
+            return self._replace(status=status, rejected_count=self.rejected_count + 1, inside_gate_since=None)
         if status is MeasurementStatus.PROBATION and self.inside_gate_since is None:
             return self._replace(status=status, inside_gate_since=odometry)
         return self._replace(status=status)

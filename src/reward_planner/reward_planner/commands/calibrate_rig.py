@@ -93,14 +93,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add, default = parser.add_argument, '(default: %(default)s)'
     add('images', type=Path, metavar='FOLDER', help='with left/, right/ and top/, same views by name')
-    add(
-        '--board',
-        type=int,
-        nargs=2,
-        default=(9, 6),
-        metavar='N',
-        help=f'columns, rows of inner corners {default}',
-    )
+    add('--board', type=int, nargs=2, default=(9, 6), metavar='N', help=f'columns, rows of inner corners {default}')
     add('--square', type=float, required=True, metavar='M', help='side of a square [m]')
     add('--out', type=Path, default=Path('rig'), metavar='FOLDER', help=f'of the calibrations {default}')
     return parser

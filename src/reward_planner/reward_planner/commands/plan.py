@@ -77,9 +77,7 @@ def plan(options: argparse.Namespace) -> int:
 
 def plan_costs(grid: OccupancyMap, settings: PlannerSettings, keepout: Path | None) -> NDArray[np.uint8]:
     """Return the costs of a map's cells, shape (rows, columns); the robot's centre keeps its radius from obstacles."""
-    costs = inflation_costs(
-        clearance(grid.occupied(), grid.frame.resolution), settings.robot_radius, settings
-    )
+    costs = inflation_costs(clearance(grid.occupied(), grid.frame.resolution), settings.robot_radius, settings)
     if settings.unknown == 'blocked':
         costs[grid.occupancy == UNKNOWN] = LETHAL
     if keepout is not None:

@@ -13,8 +13,7 @@ _TIMEOUT = 5.0  # timeout of the service and of its response [s]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if the node does not respond or the map was not saved."""
     parser = argparse.ArgumentParser(
-        prog='save_map',
-        description='Save the map of a running reward_planner to the file of its parameter save_file.',
+        prog='save_map', description='Save the map of a running reward_planner to the file of its parameter save_file.'
     )
     parser.add_argument('--node', default='/reward_planner', help='name of the node (default: %(default)s)')
     given = rclpy.utilities.remove_ros_args(sys.argv if arguments is None else ['save_map', *arguments])

@@ -174,9 +174,7 @@ class Navigator:
         mapped, is_occluded = list[MappedFrame](), False
         self.controller.moving_obstacles = self.moving_obstacles
         for stamp, frame, T_map_base in self.message_filter.take_ready(now, self._pose_buffer):
-            local, point_counts = self.mapper.add(
-                stamp, frame.points, T_map_base, frame.focal_length, frame.mount
-            )
+            local, point_counts = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length, frame.mount)
             if point_counts.is_occluded:
                 is_occluded = True
                 continue
@@ -204,10 +202,7 @@ class Navigator:
             raise DrivingError("the robot's pose is unknown or too old; give a start")
         frame = self._static_map_frame
         if frame is not None:
-            for place, reason in (
-                (goal, NoRoute.GOAL_OUTSIDE),
-                (start_pose, NoRoute.START_OUTSIDE),
-            ):
+            for place, reason in ((goal, NoRoute.GOAL_OUTSIDE), (start_pose, NoRoute.START_OUTSIDE)):
                 if self._is_outside(frame, place):
                     return reason
         settings = self._settings

@@ -45,13 +45,9 @@ class GridFrame:
         if not (math.isfinite(self.resolution) and self.resolution > 0.0):
             raise RewardPlannerError(f'resolution is {self.resolution} m, it must be above 0')
         if not (math.isfinite(self.origin_x) and math.isfinite(self.origin_y)):
-            raise RewardPlannerError(
-                f'origin is {self.origin_x}, {self.origin_y}, it must be two finite numbers'
-            )
+            raise RewardPlannerError(f'origin is {self.origin_x}, {self.origin_y}, it must be two finite numbers')
         if self.columns < 1 or self.rows < 1:
-            raise RewardPlannerError(
-                f'the grid has {self.columns} x {self.rows} cells, it must have at least one'
-            )
+            raise RewardPlannerError(f'the grid has {self.columns} x {self.rows} cells, it must have at least one')
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -136,9 +132,7 @@ def resample_map(grid: OccupancyMap, frame: GridFrame) -> NDArray[np.int8]:
     return values
 
 
-def turned_map(
-    cells: NDArray[np.int8], resolution: float, origin: tuple[float, float, float]
-) -> OccupancyMap:
+def turned_map(cells: NDArray[np.int8], resolution: float, origin: tuple[float, float, float]) -> OccupancyMap:
     """Return a map along x and y from one whose lower left corner has the pose x, y [m], yaw [rad].
 
     Cells have the value at their centres, or the greatest one of the given cells whose centres are in them, so that
@@ -147,9 +141,7 @@ def turned_map(
     rows, columns = cells.shape
     grid = OccupancyMap(GridFrame(0.0, 0.0, resolution, columns, rows), cells)
     x, y, yaw = origin
-    turn = np.array(
-        [[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]]
-    )  # grid to map, transposed
+    turn = np.array([[math.cos(yaw), math.sin(yaw)], [-math.sin(yaw), math.cos(yaw)]])  # grid to map, transposed
     low, high = grid.frame.corners
     corners = np.array([low, (high[0], low[1]), high, (low[0], high[1])]) @ turn + (x, y)
     first = np.floor(corners.min(axis=0) / resolution + _ROUNDING)
@@ -166,9 +158,7 @@ def turned_map(
     return OccupancyMap(frame, values)
 
 
-def _raise_to(
-    values: NDArray[np.int8], frame: GridFrame, places: NDArray[np.float64], grid: OccupancyMap
-) -> None:
+def _raise_to(values: NDArray[np.int8], frame: GridFrame, places: NDArray[np.float64], grid: OccupancyMap) -> None:
     """Raise values in a frame to those of a map's cells above 0, whose places in the frame [m] are given in order."""
     cells = frame.cell_of(places)
     inside = frame.contains(cells)

@@ -20,10 +20,7 @@ class PlannerSettings:
         choices=('optimal', 'reward'),
     )
     robot_radius: float = setting(
-        0.2,
-        'radius of the circle around the robot; its centre keeps farther from obstacles',
-        'm',
-        (0.0, 10.0),
+        0.2, 'radius of the circle around the robot; its centre keeps farther from obstacles', 'm', (0.0, 10.0)
     )
     footprint: tuple[float, ...] = setting(
         (),
@@ -56,9 +53,7 @@ class PlannerSettings:
 class RewardTable:
     """Table 1 of the paper: rewards and penalties of one step, in the rows of the table."""
 
-    advance: float = setting(
-        100.0, 'row 1: a free step earns this/L - L, L cells from the goal', limits=(0.0, 1e6)
-    )
+    advance: float = setting(100.0, 'row 1: a free step earns this/L - L, L cells from the goal', limits=(0.0, 1e6))
     collision: float = setting(-1000.0, 'row 2: the step hits an obstacle', limits=(-1e6, 0.0))
     outside: float = setting(-1000.0, 'row 3: the step leaves the map', limits=(-1e6, 0.0))
     visited: float = setting(-250.0, 'row 4: the step enters a visited cell', limits=(-1e6, 0.0))

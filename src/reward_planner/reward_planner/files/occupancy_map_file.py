@@ -155,9 +155,7 @@ def _occupancy_of(
     if mode == 'scale' and occupied_from > free_up_to:
         between = np.floor((occupancy - free_up_to) / (occupied_from - free_up_to) * OCCUPIED + 0.5)
     cells = np.select(
-        [is_transparent, occupancy <= free_up_to, occupancy >= occupied_from],
-        [UNKNOWN, FREE, OCCUPIED],
-        between,
+        [is_transparent, occupancy <= free_up_to, occupancy >= occupied_from], [UNKNOWN, FREE, OCCUPIED], between
     )
     return cells.astype(np.int8)[::-1]
 

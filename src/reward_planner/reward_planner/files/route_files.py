@@ -50,9 +50,7 @@ def draw_route(grid: OccupancyMap, blocked: NDArray[np.bool_], cells: NDArray[np
     picture[grid.occupied()] = _OCCUPIED
     scale = max(1, -(-_LONG_SIDE_MIN // max(grid.frame.shape)))
     large = np.ascontiguousarray(picture[::-1].repeat(scale, axis=0).repeat(scale, axis=1))
-    pixels = (scale * (np.stack([cells[:, 1], grid.frame.rows - 1 - cells[:, 0]], axis=1) + 0.5)).astype(
-        np.int32
-    )
+    pixels = (scale * (np.stack([cells[:, 1], grid.frame.rows - 1 - cells[:, 0]], axis=1) + 0.5)).astype(np.int32)
     thickness = max(2, scale // 3)
     cv2.polylines(large, [pixels.reshape(-1, 1, 2)], isClosed=False, color=_ROUTE, thickness=thickness)
     for ends, colour in ((pixels[:1], _START), (pixels[-1:], _GOAL)):

@@ -75,18 +75,11 @@ def create_compute_path_server(
         return GoalResponse.ACCEPT if guard.is_active else GoalResponse.REJECT
 
     return ActionServer(
-        node,
-        action,
-        _NAME,
-        lambda _: action.Result(),
-        goal_callback=respond,
-        handle_accepted_callback=accept,
+        node, action, _NAME, lambda _: action.Result(), goal_callback=respond, handle_accepted_callback=accept
     )
 
 
-def handle_request(
-    request: Any, result: Any, header: Header, in_map: InMap, plan: PlanRoute
-) -> tuple[Any, str]:
+def handle_request(request: Any, result: Any, header: Header, in_map: InMap, plan: PlanRoute) -> tuple[Any, str]:
     """Fill the result of the action; return it with a one-line error, empty on success.
 
     The header has the stamp of the result and the frame of the map.

@@ -26,9 +26,7 @@ _SHIFT_MIN = 0.01  # smaller shifts are rounding errors of the file [cells]
 class MapServer:
     """Publishes ``~/map`` and ``~/local_map``, transient local, and serves ``~/clear_map`` and ``~/save_map``."""
 
-    def __init__(
-        self, node: Node, guard: CallbackGuard, navigator: Navigator, settings: NodeSettings
-    ) -> None:
+    def __init__(self, node: Node, guard: CallbackGuard, navigator: Navigator, settings: NodeSettings) -> None:
         """Create publishers and services; ``~/map`` is published by `publish_map` only if it changed."""
         self._clock, self._navigator, self._settings = node.get_clock(), navigator, settings
         self._has_new_map = bool(settings.map_file)

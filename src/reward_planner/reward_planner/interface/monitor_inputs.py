@@ -48,9 +48,7 @@ class MonitorInput:
         self._topic = self._settings.topic or _TOPICS[kind]
         self._subscribe(_KINDS[kind], self._topic, self._take)
         if kind == 'depth':
-            self._info = f'{self._topic.rpartition("/")[0]}/camera_info'.removeprefix(
-                '/' * (self._topic[0] != '/')
-            )
+            self._info = f'{self._topic.rpartition("/")[0]}/camera_info'.removeprefix('/' * (self._topic[0] != '/'))
             self._subscribe(CameraInfo, self._info, self._take_info)
 
     def _subscribe(self, kind: type, topic: str, take: Callable[[Any], None]) -> None:
@@ -99,9 +97,7 @@ class MonitorInput:
             case 'depth':
                 depth = depth_from_image(message, self._topic)
                 if self._camera is None:
-                    raise CameraInfoError(
-                        f'{self._topic} was received without a valid {self._info}; publish it'
-                    )
+                    raise CameraInfoError(f'{self._topic} was received without a valid {self._info}; publish it')
                 return depth_rays(depth, self._camera, (self._settings.range_min, self._settings.range_max))
             case _:
                 points = points_from_cloud(message, self._topic)

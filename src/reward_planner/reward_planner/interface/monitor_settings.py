@@ -31,15 +31,12 @@ def declare_sources(node: ManagedNode) -> type:
         SettingsError: no names, an invalid or duplicate name, or an invalid value.
     """
     descriptor = ParameterDescriptor(
-        description='names of the range sensors; each has the parameters <name>.type and so on',
-        dynamic_typing=True,
+        description='names of the range sensors; each has the parameters <name>.type and so on', dynamic_typing=True
     )
     value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
     names = [str(name) for name in value] if isinstance(value, (list, tuple)) else []
     if not names or len(set(names)) < len(names):
-        raise SettingsError(
-            f'setting {_PARAMETER} is {value!r}; give a list of different names, such as [front]'
-        )
+        raise SettingsError(f'setting {_PARAMETER} is {value!r}; give a list of different names, such as [front]')
     for name in names:
         if not re.fullmatch(r'[a-z][a-z0-9_]*', name) or iskeyword(name) or node.has_parameter(name):
             raise SettingsError(
@@ -47,9 +44,7 @@ def declare_sources(node: ManagedNode) -> type:
                 'and is no keyword and no parameter'
             )
     groups = make_dataclass(
-        'SourceGroups',
-        [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names],
-        frozen=True,
+        'SourceGroups', [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names], frozen=True
     )
     node.declare(groups)
     return groups

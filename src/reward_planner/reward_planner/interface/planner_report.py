@@ -56,9 +56,7 @@ class PlannerReport:
         """Return the diagnostic status."""
         navigator = self._navigator
         values = {'frames in the map': str(self._frames)}
-        values |= {
-            f'frames dropped: {why.value}': str(n) for why, n in navigator.message_filter.dropped.items()
-        }
+        values |= {f'frames dropped: {why.value}': str(n) for why, n in navigator.message_filter.dropped.items()}
         if self._groups is not None:
             values['images dropped: no others with the same stamp'] = str(self._groups.dropped)
         values |= {f'points {kind.replace("_", " ")}': str(n) for kind, n in self._points.items() if n}

@@ -45,12 +45,7 @@ class PointsInput:
     """
 
     def __init__(
-        self,
-        node: Node,
-        guard: CallbackGuard,
-        settings: NodeSettings,
-        frames: Frames,
-        on_frame: FrameCallback,
+        self, node: Node, guard: CallbackGuard, settings: NodeSettings, frames: Frames, on_frame: FrameCallback
     ) -> None:
         """Subscribe; `guard` counts the messages and catches their errors."""
         self._on_frame, self._frames = on_frame, frames
@@ -101,9 +96,7 @@ class PointsInput:
 class DepthInput:
     """Subscribes to ``depth/image`` (Image, 32FC1 or 16UC1) and ``depth/camera_info`` (CameraInfo)."""
 
-    def __init__(
-        self, node: Node, guard: CallbackGuard, voxels: VoxelSettings, on_frame: FrameCallback
-    ) -> None:
+    def __init__(self, node: Node, guard: CallbackGuard, voxels: VoxelSettings, on_frame: FrameCallback) -> None:
         """Subscribe; `guard` counts the messages and catches their errors."""
         self._camera: PinholeCamera | None = None
         # The voxel map counts points at range_min, but none that rounding brings nearer.
@@ -130,9 +123,7 @@ class TrinocularInput:
         groups: images that wait for others of the same stamp, and the number of dropped ones.
     """
 
-    def __init__(
-        self, node: Node, guard: CallbackGuard, settings: NodeSettings, on_frame: FrameCallback
-    ) -> None:
+    def __init__(self, node: Node, guard: CallbackGuard, settings: NodeSettings, on_frame: FrameCallback) -> None:
         """Subscribe; `guard` counts the messages and catches their errors."""
         self._settings, self._on_frame = settings.depth, on_frame
         self._logger = node.get_logger()

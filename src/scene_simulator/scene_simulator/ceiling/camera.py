@@ -79,9 +79,7 @@ class CeilingCamera:
         light, lamp_projections = self._expose(room, motion, stamp)
         image = self.sensor.expose(light, rng)
         middle = self.shutter.frame_middle(stamp, self.intrinsics.height)
-        return CeilingPhoto(
-            image, stamp, middle, pose_at(middle), tuple(filter(self._is_inside, lamp_projections))
-        )
+        return CeilingPhoto(image, stamp, middle, pose_at(middle), tuple(filter(self._is_inside, lamp_projections)))
 
     def light(self, room: CeilingRoom, pose_at: PoseAt, stamp: float) -> NDArray[np.float32]:
         """Return the light that the pixels of a frame collect, shape (height, width), before the sensor, 1 fills."""

@@ -51,9 +51,7 @@ def project_lamp(
     time = shutter.frame_middle(stamp, camera.height)
     # The row on which the middle falls gives the time, and the time the row: they settle at once.
     for _ in range(3 if shutter.row_time > 0.0 else 1):
-        points = motion.pose(time).camera_points(
-            lamp.map_points(np.vstack([np.zeros(2), lamp.shape.outline()]))
-        )
+        points = motion.pose(time).camera_points(lamp.map_points(np.vstack([np.zeros(2), lamp.shape.outline()])))
         if not is_in_view(points, camera).all():
             return None
         pixels = camera.pixels_from_points(points)
@@ -81,9 +79,7 @@ def is_in_view(points_camera: NDArray[np.float64], camera: PinholeCamera) -> NDA
     return np.asarray(is_valid & (across < 4.0 / 3.0 * widest * points_camera[:, 2]))
 
 
-def image_motion(
-    point: NDArray[np.float64], camera: PinholeCamera, before: CameraPose, after: CameraPose
-) -> float:
+def image_motion(point: NDArray[np.float64], camera: PinholeCamera, before: CameraPose, after: CameraPose) -> float:
     """Return how far a point of the map frame, shape (3,), moves in the image between two poses [px]."""
     pixels = [camera.pixels_from_points(pose.camera_points(point[None, :]))[0] for pose in (before, after)]
     return float(np.hypot(*(pixels[1] - pixels[0])))
@@ -152,9 +148,7 @@ class LampLight:
         """Return into how many parts the exposure is cut, so that a lamp moves little within each."""
         points = lamp.map_points(lamp.shape.bounding_points())
         half = 0.5 * self.shutter.exposure
-        before, after = (
-            self.motion.pose(time + fraction).camera_points(points) for fraction in (-half, half)
-        )
+        before, after = (self.motion.pose(time + fraction).camera_points(points) for fraction in (-half, half))
         visible = is_in_view(before, self.camera) & is_in_view(after, self.camera)
         if not visible.any():
             return 1

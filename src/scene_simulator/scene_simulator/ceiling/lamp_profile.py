@@ -19,9 +19,7 @@ _DEEP, _FAR = -16.0, 40.0
 
 
 @njit(cache=True)
-def edge_distance(
-    s: float, t: float, kind: int, sizes: tuple[float, float, float]
-) -> tuple[float, float, float]:
+def edge_distance(s: float, t: float, kind: int, sizes: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return the distance of a point (s, t) of a face [m] from the edge of its shape.
 
     Returns:

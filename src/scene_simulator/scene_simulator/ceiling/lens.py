@@ -38,13 +38,9 @@ class Blooming:
     def __post_init__(self) -> None:
         """Refuse what no lens does or pixels cannot show with a SceneError."""
         if not (0.0 < self.slope <= _MAX_SLOPE and 0.0 <= self.spread < math.inf):
-            raise SceneError(
-                f'blooming has slope {self.slope} and spread {self.spread}: give above 0 to 3, 0 or more'
-            )
+            raise SceneError(f'blooming has slope {self.slope} and spread {self.spread}: give above 0 to 3, 0 or more')
         if not (0.0 <= self.glow <= 1.0 and 0.0 < self.glow_reach < math.inf):
-            raise SceneError(
-                f'blooming has glow {self.glow} and reach {self.glow_reach}: give 0 to 1, above 0'
-            )
+            raise SceneError(f'blooming has glow {self.glow} and reach {self.glow_reach}: give 0 to 1, above 0')
 
     @property
     def parameters(self) -> tuple[float, float, float, float]:

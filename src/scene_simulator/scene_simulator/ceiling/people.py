@@ -31,9 +31,7 @@ class Person:
     def __post_init__(self) -> None:
         """Refuse sizes and speeds that are not positive with a SceneError."""
         if not (0.0 < self.radius < math.inf and 0.0 <= self.speed < math.inf):
-            raise SceneError(
-                f'a person has radius {self.radius} m and speed {self.speed} m/s: give positive ones'
-            )
+            raise SceneError(f'a person has radius {self.radius} m and speed {self.speed} m/s: give positive ones')
 
     def position_at(self, time: float) -> tuple[float, float]:
         """Return x, y at a time [s] in the map frame [m]."""

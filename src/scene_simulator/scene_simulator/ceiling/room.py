@@ -80,9 +80,7 @@ def panelled_ceiling(
     """
     check_seed(seed)
     if not (0.0 <= ambient < float('inf') and 0.0 <= contrast <= 0.25):
-        raise SceneError(
-            f'the ceiling has light {ambient} and contrast {contrast}: give 0 or more, 0 to 0.25'
-        )
+        raise SceneError(f'the ceiling has light {ambient} and contrast {contrast}: give 0 or more, 0 to 0.25')
     noise = np.random.default_rng(seed).standard_normal((_TILE, _TILE)).astype(np.float32)
     stains = cv2.GaussianBlur(np.tile(noise, (2, 2)), (0, 0), 6.0)[_TILE // 2 :, _TILE // 2 :][:_TILE, :_TILE]
     tile = 1.0 + contrast * stains / stains.std()

@@ -124,9 +124,7 @@ def _pair_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='render_stereo_pair', description=render_stereo_pair.__doc__)
     parser.add_argument('folder', type=Path, help='output folder; existing files are overwritten')
     parser.add_argument('--seed', type=int, default=0, help='seed of the corridor (default: %(default)s)')
-    parser.add_argument(
-        '--needles', type=int, default=0, help='seed of the meter readings (default: %(default)s)'
-    )
+    parser.add_argument('--needles', type=int, default=0, help='seed of the meter readings (default: %(default)s)')
     parser.add_argument('--people', type=int, default=0, help='people in the corridor (default: %(default)s)')
     parser.add_argument(
         '--pose',

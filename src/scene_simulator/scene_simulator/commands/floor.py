@@ -61,12 +61,8 @@ def _floor_parser() -> argparse.ArgumentParser:
         default=DARK_ON_LIGHT.size,
         help='extent of the floor [m] (default: %(default)s)',
     )
-    parser.add_argument(
-        '--count', type=int, default=DARK_ON_LIGHT.count, help='number of chips (default: %(default)s)'
-    )
-    parser.add_argument(
-        '--seed', type=int, default=DEMO_FLOOR_SEED, help='seed of the floor (default: %(default)s)'
-    )
+    parser.add_argument('--count', type=int, default=DARK_ON_LIGHT.count, help='number of chips (default: %(default)s)')
+    parser.add_argument('--seed', type=int, default=DEMO_FLOOR_SEED, help='seed of the floor (default: %(default)s)')
     parser.add_argument(
         '--survey-error',
         type=float,
@@ -138,9 +134,7 @@ def render_floor_view(arguments: Sequence[str] | None = None) -> int:
     """``render_floor_view``: write a picture of what the demo robot's camera sees."""
     parser = argparse.ArgumentParser(prog='render_floor_view', description=render_floor_view.__doc__)
     parser.add_argument('picture', type=Path, help='picture to write (.png)')
-    parser.add_argument(
-        '--time', type=float, default=3.6, help='time of the demo drive [s] (default: %(default)s)'
-    )
+    parser.add_argument('--time', type=float, default=3.6, help='time of the demo drive [s] (default: %(default)s)')
     options = parser.parse_args(arguments)
     scene = DemoScene()
     photo = scene.photograph(options.time, np.random.default_rng(scene.seed))

@@ -93,9 +93,7 @@ def make_drive(options: argparse.Namespace) -> tuple[LampDrive, list[int]]:
             raise SceneError(f'{text}: give each lamp as ID=FILE.csv, with a unique ID')
         ids.append(int(name))
         waveforms.append(_load(Path(path)))
-    camera, rate, shape = (
-        (ROLLING, 30.0, Disc()) if options.shutter == 'rolling' else (GLOBAL, 60.0, LedGrid())
-    )
+    camera, rate, shape = (ROLLING, 30.0, Disc()) if options.shutter == 'rolling' else (GLOBAL, 60.0, LedGrid())
     drive = paper_run(waveforms, camera=camera, seed=options.seed, rest=REST, shape=shape)
     return replace(drive, clock=CameraClock(CLOCK_RATIO * rate, JITTER)), ids
 

@@ -55,9 +55,7 @@ def write_entries(path: Path, counted: str, *sources: Iterable[Entry]) -> Iterat
                 count += 1
 
 
-def odometry_of_drive(
-    pose_at: Callable[[float], SE2], seconds: float, rng: np.random.Generator
-) -> Iterator[Entry]:
+def odometry_of_drive(pose_at: Callable[[float], SE2], seconds: float, rng: np.random.Generator) -> Iterator[Entry]:
     """Yield wheel odometry with the default errors.
 
     Args:
@@ -91,9 +89,7 @@ def imu_entries(readings: Iterable[TiltReading]) -> Iterator[Entry]:
         yield stamp, '/imu', 'sensor_msgs/msg/Imu', messages.imu(reading, 'base_link', stamp)
 
 
-def bag_parser(
-    name: str, description: str | None, seconds: float, seed: int, seed_use: str
-) -> argparse.ArgumentParser:
+def bag_parser(name: str, description: str | None, seconds: float, seed: int, seed_use: str) -> argparse.ArgumentParser:
     """Return the parser of a command that records a bag: ``bag``, ``--seconds`` and ``--seed`` with its use."""
     parser = argparse.ArgumentParser(prog=name, description=description)
     parser.add_argument('bag', type=Path, help='folder of the bag to write')

@@ -94,9 +94,7 @@ def _picture_entries(scene: RoomDrive, seconds: float) -> Iterator[Entry]:
     for index, time, stamp in _times(PICTURE_RATE, seconds):
         for name, picture in scene.pictures(index, time).items():
             frame = f'{name}_camera_optical_frame'
-            info = messages.camera_info(
-                scene.rig.camera, frame, stamp, projection=scene.rig.projections[name]
-            )
+            info = messages.camera_info(scene.rig.camera, frame, stamp, projection=scene.rig.projections[name])
             image = messages.compressed_image(picture, frame, stamp, JPEG_QUALITY)
             yield stamp, f'/{name}/camera_info', 'sensor_msgs/msg/CameraInfo', info
             yield stamp, f'/{name}/image_rect/compressed', 'sensor_msgs/msg/CompressedImage', image

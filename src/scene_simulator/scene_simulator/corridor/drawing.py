@@ -169,6 +169,4 @@ class WallObject:
     def _square(self, suffix: str, surface: Surface, low: PlanePoint, high: PlanePoint) -> SquareLandmark:
         """Return a landmark between two corners that count from the position."""
         x, y = self.position
-        return SquareLandmark(
-            self.name + suffix, surface, (x + low[0], y + low[1]), (x + high[0], y + high[1])
-        )
+        return SquareLandmark(self.name + suffix, surface, (x + low[0], y + low[1]), (x + high[0], y + high[1]))

@@ -149,9 +149,7 @@ class Door(WallObject):
         drawing.rectangle((-0.14, 1.08), (0.14, 1.2), Paint(0.9))
         drawing.text(self.label, (0.0, 1.14), 0.08, Paint(0.1))
         for hinge in (0.25, 1.05, height - 0.25):
-            drawing.rectangle(
-                (-side * half - 0.012, hinge - 0.06), (-side * half + 0.012, hinge + 0.06), Paint(0.55)
-            )
+            drawing.rectangle((-side * half - 0.012, hinge - 0.06), (-side * half + 0.012, hinge + 0.06), Paint(0.55))
         return drawing.shapes
 
     def landmarks(self) -> list[Landmark]:

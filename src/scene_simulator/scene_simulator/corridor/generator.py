@@ -87,9 +87,7 @@ def people(count: int, rng: np.random.Generator) -> list[Person]:
     for index, (distance, side) in enumerate(zip(distances, sides, strict=True)):
         jacket, trousers, helmet = rng.uniform((0.15, 0.1, 0.4), (0.6, 0.4, 0.95)).tolist()
         height = float(rng.uniform(1.6, 1.9))
-        found.append(
-            Person(f'person_{index}', facing_wall(-distance), (side, 0.0), height, (jacket, trousers, helmet))
-        )
+        found.append(Person(f'person_{index}', facing_wall(-distance), (side, 0.0), height, (jacket, trousers, helmet)))
     return found
 
 
@@ -104,12 +102,7 @@ def _meters(design: CorridorDesign, rng: np.random.Generator) -> list[Meter]:
     readings = np.random.default_rng((design.seed, design.needles)).uniform(0.02, 0.98, METERS)
     return [
         Meter(
-            f'meter_{i}',
-            facing_wall(0.0),
-            (float(left + places[i]), height),
-            radius,
-            float(readings[i]),
-            design.case,
+            f'meter_{i}', facing_wall(0.0), (float(left + places[i]), height), radius, float(readings[i]), design.case
         )
         for i in range(METERS)
     ]
@@ -135,19 +128,9 @@ def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObjec
             mirror > 0,
         ),
         Sign('sign_0', wall, (door_at, 2.22), (0.42, 0.18), ('EXIT',), True),
-        NoticeBoard(
-            'board', wall, (board_at, float(rng.uniform(1.5, 1.6))), (0.8, 0.56), int(rng.integers(1000))
-        ),
+        NoticeBoard('board', wall, (board_at, float(rng.uniform(1.5, 1.6))), (0.8, 0.56), int(rng.integers(1000))),
         Cabinet(
-            'fuse_box',
-            wall,
-            (board_at - 0.22, 0.5),
-            (0.44, 0.58),
-            0.09,
-            float(rng.uniform(0.5, 0.75)),
-            1,
-            2,
-            'F 12',
+            'fuse_box', wall, (board_at - 0.22, 0.5), (0.44, 0.58), 0.09, float(rng.uniform(0.5, 0.75)), 1, 2, 'F 12'
         ),
         cabinet,
         RoundSign('round_sign', wall, (inlet, float(rng.uniform(1.0, 1.22)))),
@@ -193,15 +176,7 @@ def _side_walls(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObj
                     _TEXTS[int(rng.integers(len(_TEXTS)))],
                 ),
                 Cabinet(
-                    f'{side}_box_{index}',
-                    wall,
-                    (towards * (at + 1.3) - 0.2, 0.9),
-                    (0.4, 0.5),
-                    0.15,
-                    0.6,
-                    1,
-                    1,
-                    'P 3',
+                    f'{side}_box_{index}', wall, (towards * (at + 1.3) - 0.2, 0.9), (0.4, 0.5), 0.15, 0.6, 1, 1, 'P 3'
                 ),
             ]
         start = 0.0 if towards > 0.0 else -12.0

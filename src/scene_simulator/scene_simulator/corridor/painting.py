@@ -50,10 +50,7 @@ def plaster() -> TexturePyramid:
     """Return the grain that all corridors share; each shape shows another part of it."""
     rng = np.random.default_rng(5)
     tile = sum(
-        (
-            strength * _noise(sigma, rng)
-            for sigma, strength in ((1.2, 0.5), (4.0, 0.45), (16.0, 0.55), (60.0, 0.8))
-        ),
+        (strength * _noise(sigma, rng) for sigma, strength in ((1.2, 0.5), (4.0, 0.45), (16.0, 0.55), (60.0, 0.8))),
         np.zeros((_SIZE, _SIZE), dtype=np.float32),
     )
     tile = tile + 0.35 * _specks(rng)
@@ -72,9 +69,7 @@ def _noise(sigma: float, rng: np.random.Generator) -> NDArray[np.float32]:
     """Return smooth noise of standard deviation 1 that repeats at the tile's borders."""
     white = rng.standard_normal((_SIZE, _SIZE), dtype=np.float32)
     margin = int(4.0 * sigma) + 1
-    smooth = cv2.GaussianBlur(np.pad(white, margin, mode='wrap'), (0, 0), sigma)[
-        margin:-margin, margin:-margin
-    ]
+    smooth = cv2.GaussianBlur(np.pad(white, margin, mode='wrap'), (0, 0), sigma)[margin:-margin, margin:-margin]
     return np.asarray(smooth / smooth.std(), dtype=np.float32)
 
 
@@ -170,10 +165,7 @@ def _mean_fraction_left(side: float, low: float, high: float) -> float:
 
 @njit(cache=True, error_model='numpy')
 def _light(
-    x: float,
-    y: float,
-    shading: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    texture: Texture,
+    x: float, y: float, shading: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], texture: Texture
 ) -> float:
     """Return the light that a plane sends along a ray."""
     paint, plane, lamp = shading

@@ -44,9 +44,7 @@ def project_outline(
         picture[k, 0], picture[k, 1] = scale * (flat[k, 0] + 0.5), scale * (flat[k, 1] + 0.5)
         picture[k, 2] = 1.0
     width, height = float(scale * size[0]), float(scale * size[1])
-    borders = np.array(
-        [[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, width, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, -1.0, height, 0.0]]
-    )
+    borders = np.array([[1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, width, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, -1.0, height, 0.0]])
     for border in borders:
         picture = _clip_to_half_space(picture, border)
         if len(picture) < 3:
@@ -92,9 +90,7 @@ def _clip_to_half_space(points: NDArray[np.float64], plane: NDArray[np.float64])
         before, here = heights[i - 1], heights[i]
         if (before >= 0.0) != (here >= 0.0):
             for k in range(3):
-                kept[count, k] = points[i - 1, k] + before / (before - here) * (
-                    points[i, k] - points[i - 1, k]
-                )
+                kept[count, k] = points[i - 1, k] + before / (before - here) * (points[i, k] - points[i - 1, k])
             count += 1
         if here >= 0.0:
             for k in range(3):

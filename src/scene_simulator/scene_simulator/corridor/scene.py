@@ -11,15 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.corridor.drawing import WallObject
-from scene_simulator.corridor.shapes import (
-    CorridorLight,
-    FlatShape,
-    Landmark,
-    Paint,
-    ShapeTable,
-    Surface,
-    shape_table,
-)
+from scene_simulator.corridor.shapes import CorridorLight, FlatShape, Landmark, Paint, ShapeTable, Surface, shape_table
 from scene_simulator.errors import SceneError
 
 
@@ -154,9 +146,7 @@ class CorridorScene:
         """Return the corridor with a paper cover over the landmark of a name, or raise SceneError."""
         named = {landmark.name: landmark for landmark in reversed(self.landmarks)}
         if name not in named:
-            raise SceneError(
-                f'there is no landmark {name!r}; there are {", ".join(x.name for x in self.landmarks)}'
-            )
+            raise SceneError(f'there is no landmark {name!r}; there are {", ".join(x.name for x in self.landmarks)}')
         (left, low), (right, high) = named[name].extent
         surface = named[name].surface.offset_plane(0.01)
         size = right - left + 0.06, high - low + 0.06

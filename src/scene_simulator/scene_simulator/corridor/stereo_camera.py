@@ -37,9 +37,7 @@ class StereoOptics:
         if self.blur > 0.0:
             light = cv2.GaussianBlur(light, (0, 0), scale * self.blur, borderType=cv2.BORDER_REPLICATE)
         if any(self.motion_blur):
-            light = cv2.filter2D(
-                light, -1, _motion_kernel(self.motion_blur, scale), borderType=cv2.BORDER_REPLICATE
-            )
+            light = cv2.filter2D(light, -1, _motion_kernel(self.motion_blur, scale), borderType=cv2.BORDER_REPLICATE)
         return np.asarray(light, dtype=np.float32)
 
 
@@ -66,9 +64,7 @@ class StereoCamera:
     def light(self, scene: PaintedScene, pose: CameraPose) -> NDArray[np.float32]:
         """Return the light that the pixels collect, shape (height, width), 1 fills the well."""
         table, camera = scene.table, self.intrinsics
-        homographies = np.array(
-            [_homography_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces]
-        )
+        homographies = np.array([_homography_from_rays(surface.points_map(_UNITS), pose) for surface in table.surfaces])
         lamps = np.array([(*scene.light.on_surface(s), 1.0 / camera.fx) for s in table.surfaces])
         # The back of a surface, painted first, would shine through the edges of what is painted over it.
         faces = [(pose.position - surface.origin) @ surface.normal > 0.0 for surface in table.surfaces]

@@ -165,9 +165,7 @@ RUNS = {
 }
 
 
-def make_corridor_drive(
-    run: str, design: CorridorDesign | None = None, rig: StereoRig | None = None
-) -> StereoDrive:
+def make_corridor_drive(run: str, design: CorridorDesign | None = None, rig: StereoRig | None = None) -> StereoDrive:
     """Return one of ``RUNS``, or raise SceneError; the meter readings differ between runs."""
     if run not in RUNS:
         raise SceneError(f'there is no run {run!r}: choose one of {", ".join(RUNS)}')

@@ -100,9 +100,7 @@ def generate_dot_floor(design: FloorDesign, seed: int) -> DotFloor:
     palette = np.array(design.chip_colours)
     colours = palette[rng.integers(len(palette), size=design.count)]
     colours = colours + rng.normal(0.0, design.colour_spread, (design.count, 1))
-    chips = FloorMarks(
-        points, random_chips(diameters, rng), np.clip(colours, 0.0, 1.0), np.ones(design.count)
-    )
+    chips = FloorMarks(points, random_chips(diameters, rng), np.clip(colours, 0.0, 1.0), np.ones(design.count))
     return DotFloor(design, chips, diameters, seed)
 
 
@@ -111,9 +109,7 @@ def _spaced_points(design: FloorDesign, rng: np.random.Generator) -> NDArray[np.
     width, length = design.size
     filled = design.count * math.pi * (0.5 * design.min_distance) ** 2
     if not (0.0 < width < math.inf and 0.0 < length < math.inf and design.count >= 0):
-        raise SceneError(
-            f'{design.count} chips on {width} x {length} m is no floor: give a size and number above zero'
-        )
+        raise SceneError(f'{design.count} chips on {width} x {length} m is no floor: give a size and number above zero')
     if filled > _MAX_FILL_FRACTION * width * length:
         raise SceneError(
             f'{design.count} chips at least {design.min_distance} m apart do not fit on '

@@ -53,9 +53,7 @@ class FloorMarks:
 
     def select(self, indices: NDArray[np.int64] | NDArray[np.bool_]) -> FloorMarks:
         """Return the marks with these indices (or where the mask is true)."""
-        return FloorMarks(
-            self.centres[indices], self.outlines[indices], self.colours[indices], self.opacities[indices]
-        )
+        return FloorMarks(self.centres[indices], self.outlines[indices], self.colours[indices], self.opacities[indices])
 
     def corners(self) -> NDArray[np.float64]:
         """Return all corners in the map frame, shape (n, v, 2) [m]."""

@@ -69,9 +69,7 @@ def _paint(
 
 
 @njit(cache=True)
-def _coverage(
-    polygon: NDArray[np.float64], left: int, right: int, top: int, bottom: int
-) -> NDArray[np.float64]:
+def _coverage(polygon: NDArray[np.float64], left: int, right: int, top: int, bottom: int) -> NDArray[np.float64]:
     """Return the signed fraction of each pixel of a window that is inside a polygon.
 
     The area right of an edge within a pixel is the integral over the edge's rise of the part of the pixel's

@@ -74,13 +74,9 @@ class CameraClock:
     def __post_init__(self) -> None:
         """Refuse what no camera does with a SceneError."""
         if not (0.0 < self.rate < math.inf and 0.0 <= self.stamp_jitter < math.inf):
-            raise SceneError(
-                f'the camera has rate {self.rate} and jitter {self.stamp_jitter}: give above 0, 0 or more'
-            )
+            raise SceneError(f'the camera has rate {self.rate} and jitter {self.stamp_jitter}: give above 0, 0 or more')
 
-    def frames(
-        self, seconds: float, rng: np.random.Generator
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def frames(self, seconds: float, rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return true starts and stamps [s], shape (n,) each, of the frames within a time that begins with the first.
 
         Raises:

@@ -36,9 +36,7 @@ class Lighting:
         u = np.linspace(-1.0, 1.0, camera.width)[None, :]
         v = np.linspace(-1.0, 1.0, camera.height)[:, None]
         slope = 1.0 + self.gradient[0] * u + self.gradient[1] * v
-        return np.asarray(
-            self.level * slope * (1.0 - self.vignetting * (u**2 + v**2) / 2.0), dtype=np.float32
-        )
+        return np.asarray(self.level * slope * (1.0 - self.vignetting * (u**2 + v**2) / 2.0), dtype=np.float32)
 
     def spread(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return an image, shape (height, width, channels), as the lens blurs it."""
@@ -107,11 +105,7 @@ class GainSensor:
         height, width = light.shape
         image = np.empty(light.shape, dtype=np.uint8)
         if rng is None:
-            pool, starts, read_noise = (
-                np.zeros(width, dtype=np.float32),
-                np.zeros(height, dtype=np.int64),
-                0.0,
-            )
+            pool, starts, read_noise = (np.zeros(width, dtype=np.float32), np.zeros(height, dtype=np.int64), 0.0)
         else:
             pool, read_noise = _normal_numbers(), self.read_noise
             starts = rng.integers(0, _POOL - width, height)

@@ -66,9 +66,7 @@ def mission_ceiling(waveforms: Mapping[int, Waveform], seed: int) -> CeilingRoom
         phase, offset = float(rng.uniform(0.0, 10.0)), float(rng.normal(0.0, _CLOCK_SIGMA))
         if lamp_id not in DARK_LAMPS:
             brightness = CEILING_CAMERA.brightness_for(1.0)
-            lamps.append(
-                CeilingLamp(position, Disc(LAMP_RADIUS), waveforms[lamp_id], brightness, phase, offset)
-            )
+            lamps.append(CeilingLamp(position, Disc(LAMP_RADIUS), waveforms[lamp_id], brightness, phase, offset))
     return CeilingRoom(tuple(lamps))
 
 

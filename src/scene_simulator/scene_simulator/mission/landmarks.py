@@ -13,15 +13,7 @@ from scene_simulator.corridor.drawing import Drawing
 from scene_simulator.corridor.fittings import NoticeBoard, RoundSign, Sign
 from scene_simulator.corridor.instruments import Cabinet, Meter
 from scene_simulator.corridor.scene import CorridorScene, Occluder, SceneObject
-from scene_simulator.corridor.shapes import (
-    CorridorLight,
-    FlatShape,
-    Landmark,
-    Paint,
-    ShapeTable,
-    Surface,
-    shape_table,
-)
+from scene_simulator.corridor.shapes import CorridorLight, FlatShape, Landmark, Paint, ShapeTable, Surface, shape_table
 from scene_simulator.corridor.walls import RoomShell
 from scene_simulator.mission.layout import ROOM
 from scene_simulator.room.box_room import Box
@@ -37,11 +29,7 @@ _BUILDING_SEED = 41
 """Seed of the landmark positions: the building is always the same."""
 
 _LIGHT = CorridorLight(0.9, (0.0, 0.0, 0.06))
-_WALLS = {
-    'east': (4.8, 'EXIT', 'PUMP 1'),
-    'north': (6.4, 'ROOM 204', 'VALVES'),
-    'west': (4.6, 'LEVEL 2', 'NO ENTRY'),
-}
+_WALLS = {'east': (4.8, 'EXIT', 'PUMP 1'), 'north': (6.4, 'ROOM 204', 'VALVES'), 'west': (4.6, 'LEVEL 2', 'NO ENTRY')}
 """Centre of the landmarks from the wall's left end [m] and the texts of the signs, by wall."""
 
 _CURTAIN = (3.4, 1.9)

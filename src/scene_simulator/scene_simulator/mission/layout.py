@@ -123,9 +123,7 @@ def is_connected(room: FurnishedRoom, stops: list[tuple[float, float]]) -> bool:
 def _connected_components(room: FurnishedRoom) -> NDArray[np.int32]:
     """Return the number of the connected part of each cell, 0 for cells that are too near to something."""
     shape = round(ROOM[4] / _CELL), round(ROOM[3] / _CELL)
-    solid = np.pad(
-        room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, ROBOT_HEIGHT)), 1, constant_values=True
-    )
+    solid = np.pad(room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, ROBOT_HEIGHT)), 1, constant_values=True)
     distance = _CELL * distance_transform_edt(~solid)[1:-1, 1:-1]
     components, _ = label(distance > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
     return np.asarray(components, dtype=np.int32)

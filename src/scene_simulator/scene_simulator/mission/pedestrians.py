@@ -83,9 +83,7 @@ class Pedestrian:
         return gap < _PERSONAL_SPACE and float(way @ to_robot) > math.cos(_AHEAD) * gap * self.length
 
 
-def mission_pedestrians(
-    seed: int, count: int, room: FurnishedRoom, layout: MissionLayout
-) -> list[Pedestrian]:
+def mission_pedestrians(seed: int, count: int, room: FurnishedRoom, layout: MissionLayout) -> list[Pedestrian]:
     """Return people of a seed on ways without furniture, or raise a SceneError if there are none."""
     rng, found = np.random.default_rng((seed, _STREAM)), list[Pedestrian]()
     is_free = _free_cells(room)
@@ -102,9 +100,7 @@ def mission_pedestrians(
             found.append(Pedestrian((start[0], start[1]), (end[0], end[1]), speed))
     if len(found) == count:
         return found
-    raise SceneError(
-        f'the room of seed {seed} has no ways for {count} people; use another seed or fewer people'
-    )
+    raise SceneError(f'the room of seed {seed} has no ways for {count} people; use another seed or fewer people')
 
 
 def _free_cells(room: FurnishedRoom) -> NDArray[np.bool_]:

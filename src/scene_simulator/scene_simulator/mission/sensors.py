@@ -32,10 +32,8 @@ PoseAt = Callable[[float], SE2]
 DEPTH_CAMERA = PinholeCamera(160, 120, 100.0, 100.0, 79.5, 59.5)
 _DEPTH_RAYS = np.column_stack(
     [
-        (np.indices((DEPTH_CAMERA.height, DEPTH_CAMERA.width))[1].ravel() - DEPTH_CAMERA.cx)
-        / DEPTH_CAMERA.fx,
-        (np.indices((DEPTH_CAMERA.height, DEPTH_CAMERA.width))[0].ravel() - DEPTH_CAMERA.cy)
-        / DEPTH_CAMERA.fy,
+        (np.indices((DEPTH_CAMERA.height, DEPTH_CAMERA.width))[1].ravel() - DEPTH_CAMERA.cx) / DEPTH_CAMERA.fx,
+        (np.indices((DEPTH_CAMERA.height, DEPTH_CAMERA.width))[0].ravel() - DEPTH_CAMERA.cy) / DEPTH_CAMERA.fy,
         np.ones(DEPTH_CAMERA.height * DEPTH_CAMERA.width),
     ]
 )
@@ -146,9 +144,7 @@ class MissionSensors:
             rays = _DEPTH_RAYS @ pose.rotation.T  # of depth 1
             found = cast_rays(self.room.boxes, solids_at(people), pose.position, rays)
             depth = np.minimum(depth, found.reshape(depth.shape).astype(np.float32))
-        return add_disparity_noise(
-            depth, DEPTH_CAMERA.fx * _DEPTH_BASELINE, _DEPTH_SIGMA, self._rng(_DEPTH, index)
-        )
+        return add_disparity_noise(depth, DEPTH_CAMERA.fx * _DEPTH_BASELINE, _DEPTH_SIGMA, self._rng(_DEPTH, index))
 
     def tilt_reading(self, index: int, time: float) -> TiltReading:
         """Return the reading of the inertial unit at a time [s]."""

@@ -99,6 +99,4 @@ def simulate_tilt(
     bias = errors.bias * rng.standard_normal(2)
     true = np.array([tilt_at(time) for time in times]).reshape(-1, 2)
     read = true + bias + errors.noise * rng.standard_normal(true.shape)
-    return [
-        TiltReading(time, float(roll), float(pitch)) for time, (roll, pitch) in zip(times, read, strict=True)
-    ]
+    return [TiltReading(time, float(roll), float(pitch)) for time, (roll, pitch) in zip(times, read, strict=True)]

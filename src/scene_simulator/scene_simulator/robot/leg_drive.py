@@ -40,12 +40,7 @@ class LegDrive:
     """
 
     def __init__(
-        self,
-        corners: ArrayLike,
-        speeds: Sequence[float],
-        radius: float,
-        rest: float = 0.0,
-        acceleration: float = 0.4,
+        self, corners: ArrayLike, speeds: Sequence[float], radius: float, rest: float = 0.0, acceleration: float = 0.4
     ) -> None:
         """Plan a drive.
 
@@ -101,10 +96,7 @@ def _segments(places: NDArray[np.float64], speeds: Sequence[float], radius: floa
             turn = turns[index]
             slower = min(speeds[index], speeds[index + 1])
             arc = _Segment(
-                segments[-1].pose_after(straight),
-                radius * abs(turn),
-                math.copysign(1.0 / radius, turn),
-                slower,
+                segments[-1].pose_after(straight), radius * abs(turn), math.copysign(1.0 / radius, turn), slower
             )
             segments.append(arc)
             pose = arc.pose_after(arc.length)

@@ -90,19 +90,13 @@ class RobotDrive:
         return [self.pose_at(middle + exposure * float(instant)) for instant in instants]
 
     def _compute_timing(
-        self,
-        parameters: NDArray[np.float64],
-        stops: NDArray[np.int64],
-        route: Sequence[Waypoint],
-        limits: DriveLimits,
+        self, parameters: NDArray[np.float64], stops: NDArray[np.int64], route: Sequence[Waypoint], limits: DriveLimits
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return when the robot is at each place, pauses left out [s], and the places' rate [1/s]."""
         velocity, second = self._spline(parameters, 1), self._spline(parameters, 2)
         norm = np.hypot(*velocity.T)
         curvature = np.abs(velocity[:, 0] * second[:, 1] - velocity[:, 1] * second[:, 0]) / norm**3
-        legs = np.clip(
-            np.searchsorted(stops, np.arange(len(parameters)), side='right') - 1, 0, len(route) - 2
-        )
+        legs = np.clip(np.searchsorted(stops, np.arange(len(parameters)), side='right') - 1, 0, len(route) - 2)
         speeds = np.array([waypoint.speed for waypoint in route])[legs]
         speeds = np.minimum(speeds, np.sqrt(limits.lateral_acceleration / np.maximum(curvature, 1e-9)))
         stationary = [0, len(route) - 1, *(i for i, waypoint in enumerate(route) if waypoint.pause > 0.0)]

@@ -49,11 +49,7 @@ class WheelReading:
 
 
 def simulate_wheel_readings(
-    pose_at: Callable[[float], SE2],
-    seconds: float,
-    period: float,
-    errors: WheelErrors,
-    rng: np.random.Generator,
+    pose_at: Callable[[float], SE2], seconds: float, period: float, errors: WheelErrors, rng: np.random.Generator
 ) -> list[WheelReading]:
     """Return the readings of the first seconds of a drive, one each period [s]; ``pose_at`` gives ``T_map_base``."""
     times = np.arange(0.0, seconds, period).tolist()

@@ -41,11 +41,7 @@ class BoxRoom:
         return _cast_rays((camera.height, camera.width), intrinsics, T_map_camera, np.array(self.size), boxes)
 
     def solid_cells(
-        self,
-        corner: tuple[float, float],
-        resolution: float,
-        shape: tuple[int, int],
-        heights: tuple[float, float],
+        self, corner: tuple[float, float], resolution: float, shape: tuple[int, int], heights: tuple[float, float]
     ) -> NDArray[np.bool_]:
         """Return which cells of a grid touch something solid at some heights, shape (rows, columns).
 
@@ -58,17 +54,11 @@ class BoxRoom:
         low_x = corner[0] + resolution * np.arange(shape[1])
         low_y = corner[1] + resolution * np.arange(shape[0])
         x0, y0, _, x1, y1, _ = self.size
-        inside_x, inside_y = (
-            (low_x > x0) & (low_x + resolution < x1),
-            (low_y > y0) & (low_y + resolution < y1),
-        )
+        inside_x, inside_y = ((low_x > x0) & (low_x + resolution < x1), (low_y > y0) & (low_y + resolution < y1))
         solid = ~(inside_y[:, None] & inside_x[None])
         for x0, y0, z0, x1, y1, z1 in self.boxes:
             if z0 < heights[1] and z1 > heights[0]:
-                in_x, in_y = (
-                    (low_x < x1) & (low_x + resolution > x0),
-                    (low_y < y1) & (low_y + resolution > y0),
-                )
+                in_x, in_y = ((low_x < x1) & (low_x + resolution > x0), (low_y < y1) & (low_y + resolution > y0))
                 solid |= in_y[:, None] & in_x[None]
         return solid
 

@@ -57,11 +57,7 @@ class CameraRig:
 
 
 def render_picture(
-    room: BoxRoom,
-    camera: PinholeCamera,
-    T_map_camera: NDArray[np.float64],
-    noise: float,
-    rng: np.random.Generator,
+    room: BoxRoom, camera: PinholeCamera, T_map_camera: NDArray[np.float64], noise: float, rng: np.random.Generator
 ) -> NDArray[np.uint8]:
     """Return the picture from T_map_camera, shape (4, 4), with normal noise [grey levels], shape (height, width)."""
     depth = room.depth_image(camera, T_map_camera)

@@ -61,24 +61,16 @@ def crate(size_x: float, size_y: float, height: float) -> Furniture:
 
 def table(size_x: float, size_y: float, height: float) -> Furniture:
     """Return a table top on four legs [m]."""
-    legs = (
-        (x, y, 0.0, x + _LEG, y + _LEG, height) for x in (0.0, size_x - _LEG) for y in (0.0, size_y - _LEG)
-    )
+    legs = ((x, y, 0.0, x + _LEG, y + _LEG, height) for x in (0.0, size_x - _LEG) for y in (0.0, size_y - _LEG))
     return Furniture('table', ((0.0, 0.0, height - _BOARD, size_x, size_y, height), *legs))
 
 
 def rack(size_x: float, size_y: float, height: float, boards: int) -> Furniture:
     """Return an open rack: boards between two panels at the ends of its longer side, nothing behind [m]."""
     if size_x >= size_y:
-        panels = (
-            (0.0, 0.0, 0.0, _BOARD, size_y, height),
-            (size_x - _BOARD, 0.0, 0.0, size_x, size_y, height),
-        )
+        panels = ((0.0, 0.0, 0.0, _BOARD, size_y, height), (size_x - _BOARD, 0.0, 0.0, size_x, size_y, height))
     else:
-        panels = (
-            (0.0, 0.0, 0.0, size_x, _BOARD, height),
-            (0.0, size_y - _BOARD, 0.0, size_x, size_y, height),
-        )
+        panels = ((0.0, 0.0, 0.0, size_x, _BOARD, height), (0.0, size_y - _BOARD, 0.0, size_x, size_y, height))
     levels = np.linspace(0.1, height - _BOARD, boards).tolist()
     return Furniture('rack', (*panels, *((0.0, 0.0, z, size_x, size_y, z + _BOARD) for z in levels)))
 
@@ -116,9 +108,7 @@ class Furnishing:
     overhangs: int = 2
 
 
-def furnish(
-    size: Box, furnishing: Furnishing, seed: int, path_map: ArrayLike, clearance: float
-) -> FurnishedRoom:
+def furnish(size: Box, furnishing: Furnishing, seed: int, path_map: ArrayLike, clearance: float) -> FurnishedRoom:
     """Furnish a room.
 
     Args:

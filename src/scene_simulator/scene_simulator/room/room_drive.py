@@ -18,16 +18,7 @@ _PATH_STEP = 0.02
 """Time step of the path that stays free [s]."""
 
 _SPEED = 0.55
-_CORNERS = (
-    (-2.6, -1.1),
-    (-1.5, -1.7),
-    (0.3, -1.3),
-    (2.1, -1.6),
-    (2.7, -0.3),
-    (2.2, 1.4),
-    (0.5, 1.7),
-    (-1.6, 1.5),
-)
+_CORNERS = ((-2.6, -1.1), (-1.5, -1.7), (0.3, -1.3), (2.1, -1.6), (2.7, -0.3), (2.2, 1.4), (0.5, 1.7), (-1.6, 1.5))
 RIG = CameraRig(
     PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5),
     CameraMount((0.1, 0.05, 0.4), (-math.pi / 2.0, 0.0, -math.pi / 2.0)),
@@ -81,9 +72,7 @@ class RoomDrive:
         rng = np.random.default_rng((self.seed, _PICTURE_NOISE, index))
         boxes, noise = self.room.boxes, self.picture_noise
         views = self.rig.views(self.drive.pose_at(time))
-        return {
-            name: render_picture(boxes, self.rig.camera, view, noise, rng) for name, view in views.items()
-        }
+        return {name: render_picture(boxes, self.rig.camera, view, noise, rng) for name, view in views.items()}
 
     def localizer_pose(self, index: int, time: float) -> SE2:
         """Return ``T_map_base`` as a localizer measures it, with noise; arguments as for `pictures`."""

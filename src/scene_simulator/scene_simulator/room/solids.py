@@ -57,9 +57,7 @@ class Solids:
                 yield 0.5 * (ax + bx), 0.5 * (ay + by), math.atan2(by - ay, bx - ax), half, r, az - r
 
 
-def cast_rays(
-    room: BoxRoom, solids: Solids, origin: ArrayLike, directions: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def cast_rays(room: BoxRoom, solids: Solids, origin: ArrayLike, directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return where rays meet the nearest surface, in lengths of each direction, shape (n,).
 
     Args:
@@ -103,11 +101,7 @@ def _cast(
         for k in range(len(turned)):
             cos, sin = math.cos(turned[k, 2]), math.sin(turned[k, 2])
             dx, dy = origin[0] - turned[k, 0], origin[1] - turned[k, 1]
-            local_origin[0], local_origin[1], local_origin[2] = (
-                cos * dx + sin * dy,
-                cos * dy - sin * dx,
-                origin[2],
-            )
+            local_origin[0], local_origin[1], local_origin[2] = (cos * dx + sin * dy, cos * dy - sin * dx, origin[2])
             local[0], local[1], local[2] = cos * ray[0] + sin * ray[1], cos * ray[1] - sin * ray[0], ray[2]
             box[0], box[1], box[2] = -turned[k, 3], -turned[k, 4], turned[k, 5]
             box[3], box[4], box[5] = turned[k, 3], turned[k, 4], turned[k, 6]
@@ -119,9 +113,7 @@ def _cast(
 
 
 @njit(cache=True)
-def _intersect_cylinder(
-    cylinder: NDArray[np.float64], origin: NDArray[np.float64], ray: NDArray[np.float64]
-) -> float:
+def _intersect_cylinder(cylinder: NDArray[np.float64], origin: NDArray[np.float64], ray: NDArray[np.float64]) -> float:
     """Return where a ray enters a cylinder with flat ends, in lengths of the ray; infinity if it does not."""
     ax, ay, az = cylinder[3] - cylinder[0], cylinder[4] - cylinder[1], cylinder[5] - cylinder[2]
     length = math.sqrt(ax * ax + ay * ay + az * az)

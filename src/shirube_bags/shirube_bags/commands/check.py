@@ -121,9 +121,7 @@ def make_parser() -> argparse.ArgumentParser:
     add('--reference-topic', help='topic of the ground truth, if the bag has several with poses')
     add('--images', metavar='TOPIC', help='topic in the reference bag; each of its messages should have a '
         'pose (default: each pose of the reference should have one)')  # fmt: skip
-    add(
-        '--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] in which no poses are expected'
-    )
+    add('--exclude', type=Path, metavar='CSV', help='intervals "start,end" [s] in which no poses are expected')
     add('--longest-gap', type=number_from_zero, default=0.5, metavar='SECONDS',
         help='the reference is not interpolated over longer gaps (default: %(default)s)')  # fmt: skip
     add('--tum', type=Path, metavar='FOLDER', help='write estimate.tum and reference.tum to it, at the same '
@@ -177,9 +175,7 @@ def load_intervals(path: Path | str) -> NDArray[np.int64]:
                 except ValueError as fault:
                     raise TrajectoryError(f'{path}, line {rows.line_num}: {fault}; write seconds') from fault
                 if end < start:
-                    raise TrajectoryError(
-                        f'{path}, line {rows.line_num}: ends before it starts; swap the two'
-                    )
+                    raise TrajectoryError(f'{path}, line {rows.line_num}: ends before it starts; swap the two')
                 intervals.append((start, end))
     except (OSError, UnicodeDecodeError) as fault:
         raise TrajectoryError(f'{path}: cannot be read ({fault}); give a CSV file "start,end"') from fault

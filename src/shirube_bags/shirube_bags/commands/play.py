@@ -53,9 +53,7 @@ def play(options: argparse.Namespace, command_line: Sequence[str], stop: Event) 
         # The first responses show that the nodes have discovered this player, too.
         lockstep.wait(topics)
         if lockstep.nodes_without_services:
-            log(
-                f'{", ".join(lockstep.nodes_without_services)} has no parameter service and may lose messages'
-            )
+            log(f'{", ".join(lockstep.nodes_without_services)} has no parameter service and may lose messages')
         step = lockstep if options.lockstep or options.rate == 0.0 else None
         with pause_key(lambda paused: log('paused; space continues' if paused else 'continued')) as is_paused:
             for _ in range(options.loop):
@@ -99,9 +97,7 @@ def wait_for_subscribers(options: argparse.Namespace, player: BagPlayer, stop: E
     wanted = dict(options.wait_for)
     for topic in wanted:
         if topic not in player.topics:
-            raise ReplayError(
-                f'--wait-for {topic}: is not replayed; replayed topics:  {", ".join(player.topics)}'
-            )
+            raise ReplayError(f'--wait-for {topic}: is not replayed; replayed topics:  {", ".join(player.topics)}')
     if wanted:
         wait_for_counts(player.subscriber_count, wanted, options.timeout, stop.is_set)
     unsubscribed = wait_for_any(player.subscriber_count, player.topics, options.timeout, stop.is_set)

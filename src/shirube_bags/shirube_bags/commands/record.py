@@ -54,9 +54,7 @@ def check_recording(recorder: BagRecorder, output: Path) -> None:
     if recorder.missing_topics:
         log(f'never published: {", ".join(recorder.missing_topics)}')
     if not any(recorder.counts.values()):
-        raise ReplayError(
-            f'{output}: no message received, nothing is written; check the topics and ROS_DOMAIN_ID'
-        )
+        raise ReplayError(f'{output}: no message received, nothing is written; check the topics and ROS_DOMAIN_ID')
 
 
 def log(line: str) -> None:
@@ -73,9 +71,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('topics', nargs='*', metavar='TOPIC', help='topics to record (default: all)')
     parser.add_argument('-o', '--output', type=Path, required=True, metavar='BAG', help='folder to create')
-    parser.add_argument(
-        '--use-sim-time', action='store_true', help='stamp with /clock, for example of a replay'
-    )
+    parser.add_argument('--use-sim-time', action='store_true', help='stamp with /clock, for example of a replay')
     return parser
 
 

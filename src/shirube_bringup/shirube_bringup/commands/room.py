@@ -64,15 +64,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         'folder', type=Path, help='folder for report.html, summary.json, track.csv, traces.json and logs'
     )
-    parser.add_argument(
-        '--seed', type=int, default=0, help='seed of room, robot and noise (default: %(default)s)'
-    )
+    parser.add_argument('--seed', type=int, default=0, help='seed of room, robot and noise (default: %(default)s)')
     parser.add_argument(
         '--building', type=Path, help='folder of map, lamps and taught places (default: FOLDER/building)'
     )
-    parser.add_argument(
-        '--record', type=Path, metavar='BAG', help='record the mission to this bag (a new folder)'
-    )
+    parser.add_argument('--record', type=Path, metavar='BAG', help='record the mission to this bag (a new folder)')
     parser.add_argument(
         '--planner',
         choices=sorted(PLANNERS),
@@ -80,14 +76,10 @@ def _parser() -> argparse.ArgumentParser:
         help="shortest routes, or the paper's map and reward rule (default: %(default)s)",
     )
     parser.add_argument('--kidnap', action='store_true', help='carry the robot away at the first goal')
-    parser.add_argument(
-        '--people', type=int, default=2, help='people who walk in the room (default: %(default)s)'
-    )
+    parser.add_argument('--people', type=int, default=2, help='people who walk in the room (default: %(default)s)')
     parser.add_argument('--domain', type=int, help='ROS domain of the nodes (default: a free one)')
     parser.add_argument(
-        '--launched',
-        action='store_true',
-        help='do not start the nodes; wait for nodes that ROS launch starts',
+        '--launched', action='store_true', help='do not start the nodes; wait for nodes that ROS launch starts'
     )
     return parser
 

@@ -18,13 +18,7 @@ from matplotlib.figure import Figure
 
 from scene_simulator.mission.layout import ROBOT_RADIUS, ROOM, ZONES
 from shirube_bringup.record import FUSED_ERROR_MAX, GridMap, MissionTraces
-from shirube_bringup.report.trace_errors import (
-    align_all_poses,
-    as_array,
-    compute_speeds,
-    pose_errors,
-    zone_spans,
-)
+from shirube_bringup.report.trace_errors import align_all_poses, as_array, compute_speeds, pose_errors, zone_spans
 from shirube_core.files import atomic_write
 
 COLOURS = {
@@ -104,9 +98,7 @@ def draw_map(path: Path, traces: MissionTraces) -> None:
         _draw_room(axes, traces, filled=False)
         axes.plot(truth[:, 1], truth[:, 2], color=TRUTH, linewidth=1.5, label='true track')
         _draw_goals(axes, traces)
-        _finish_plan(
-            axes, "The planner's last map: black occupied, white free, grey unknown; red: true obstacles"
-        )
+        _finish_plan(axes, "The planner's last map: black occupied, white free, grey unknown; red: true obstacles")
 
 
 def _draw_grid(axes: Axes, grid: GridMap) -> None:
@@ -177,9 +169,7 @@ def draw_measurement_status(path: Path, traces: MissionTraces) -> None:
             _draw_bars(axes, traces, source, {_USED: '#15803d', **colours})
             axes.set(ylabel=f'{source}\nposes per second', ylim=(0.0, None))
             _finish_times(axes, traces)
-        rows[0].set_title(
-            'Measurement status of the poses of each localizer in pose_arbiter; no bar: no poses'
-        )
+        rows[0].set_title('Measurement status of the poses of each localizer in pose_arbiter; no bar: no poses')
         rows[-1].set_xlabel('simulated time [s]')
         entries = (axes.get_legend_handles_labels() for axes in rows)
         handles = {label: handle for entry in entries for handle, label in zip(*entry, strict=True)}
@@ -237,15 +227,11 @@ def draw_timing(path: Path, traces: MissionTraces) -> None:
         if len(pace) > 1:
             over_time.step(pace[1:, 0], np.diff(pace[:, 1]) / np.diff(pace[:, 0]), where='pre', color=TRUTH)
         over_time.axhline(1.0, color='k', linestyle='--', linewidth=0.8, label='real time')
-        over_time.set(
-            xlabel='simulated time [s]', ylabel='wall time per simulated second [s]', ylim=(0.0, None)
-        )
+        over_time.set(xlabel='simulated time [s]', ylabel='wall time per simulated second [s]', ylim=(0.0, None))
         over_time.legend(fontsize='small')
         over_time.grid(alpha=0.3)
         names = sorted(traces.cpu, key=lambda name: traces.cpu[name])
-        bars = sums.barh(
-            names, [traces.cpu[name] for name in names], color=[COLOURS.get(n, '#64748b') for n in names]
-        )
+        bars = sums.barh(names, [traces.cpu[name] for name in names], color=[COLOURS.get(n, '#64748b') for n in names])
         sums.bar_label(bars, fmt=' %.0f s')
         sums.margins(x=0.15)
         sums.set(xlabel='CPU time during the drive [s]')
@@ -257,12 +243,7 @@ def _finish_times(axes: Axes, traces: MissionTraces) -> None:
         for number, (start, end) in enumerate(spans):
             label = ZONE_LABELS[name] if number == 0 else None
             axes.axvspan(start, end, color=ZONE_COLOURS[name], alpha=0.15, linewidth=0, label=label)
-    style: dict[str, Any] = {
-        'xycoords': ('data', 'axes fraction'),
-        'ha': 'right',
-        'va': 'top',
-        'fontsize': 'small',
-    }
+    style: dict[str, Any] = {'xycoords': ('data', 'axes fraction'), 'ha': 'right', 'va': 'top', 'fontsize': 'small'}
     for number, (_, end) in enumerate(traces.legs, start=1):
         axes.axvline(end, color='k', linewidth=0.8, linestyle=':')
         axes.annotate(f'goal {number} ', (end, 1.0), **style)

@@ -171,8 +171,7 @@ def _command_table(summary: Mapping[str, Any]) -> str:
 def _camera_table(summary: Mapping[str, Any], traces: MissionTraces) -> str:
     drive = summary['timing']['drive'] / max(summary['seconds'], 1e-3)
     rows = [
-        [name, f'{wanted:g}', f'{shown:.1f}', f'{shown / drive:.1f}']
-        for name, (wanted, shown) in traces.rates.items()
+        [name, f'{wanted:g}', f'{shown:.1f}', f'{shown / drive:.1f}'] for name, (wanted, shown) in traces.rates.items()
     ]
     header = ('camera', 'nominal [1/s]', 'achieved per simulated second', 'achieved per second of wall time')
     return _table(header, rows)
@@ -207,9 +206,7 @@ def write_report(folder: Path, summary: Mapping[str, Any], traces: MissionTraces
     draw_errors(folder / 'errors.png', traces)
     draw_measurement_status(folder / 'trust.png', traces)
     draw_map(folder / 'map.png', traces)
-    draw_speed(
-        folder / 'speed.png', traces, [(command['time'], command['order']) for command in summary['orders']]
-    )
+    draw_speed(folder / 'speed.png', traces, [(command['time'], command['order']) for command in summary['orders']])
     draw_timing(folder / 'timing.png', traces)
     write_text(folder / PAGE, page(summary, traces))
     return folder / PAGE

@@ -66,6 +66,4 @@ def align_all_poses(traces: MissionTraces) -> dict[str, Array]:
     """Return the poses of every source in the map frame by name, odometry aligned to the true start."""
     truth = as_array(traces.truth)
     poses = {name: as_array(values) for name, values in traces.poses.items()}
-    return {
-        name: align_to_map(values, truth) if name == 'odometry' else values for name, values in poses.items()
-    }
+    return {name: align_to_map(values, truth) if name == 'odometry' else values for name, values in poses.items()}

@@ -117,9 +117,7 @@ def _summary(found: core.Calibration) -> str:
         return f'baseline {baseline}, rows of left and right differ by {rows:.2f} px rms'
     rms = float(np.sqrt((found.errors**2).mean()))
     numbers = zip(core.PARAMETERS, found.parameters, found.sigmas, strict=True)
-    return ', '.join(
-        [f'rms {rms:.3f} px', *(f'{name} {value:.5g} ± {sigma:.2g}' for name, value, sigma in numbers)]
-    )
+    return ', '.join([f'rms {rms:.3f} px', *(f'{name} {value:.5g} ± {sigma:.2g}' for name, value, sigma in numbers)])
 
 
 def _lens(lens: core.Calibration, views: Sequence[BoardView], names: Sequence[str]) -> dict[str, Any]:

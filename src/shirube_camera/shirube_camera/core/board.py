@@ -55,9 +55,7 @@ class Board:
                 )
             words = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)
             squares, side = (settings.columns + 1, settings.rows + 1), settings.square
-            self._charuco = cv2.aruco.CharucoDetector(
-                cv2.aruco.CharucoBoard(squares, side, MARKER * side, words)
-            )
+            self._charuco = cv2.aruco.CharucoDetector(cv2.aruco.CharucoBoard(squares, side, MARKER * side, words))
 
     def detect(self, image: NDArray[np.uint8]) -> BoardView | None:
         """Return the corners in a grey image, shape (h, w), or None if the board is not found."""

@@ -134,9 +134,7 @@ def _fit_inliers(fit: Callable[[list[int]], Calibration], views: list[int]) -> C
     """Fit to the views, then without those whose error is an outlier; add the standard deviations by the jackknife."""
     for _ in range(_ROUNDS):
         if len(views) < _VIEWS_MIN:
-            raise ShirubeCameraError(
-                f'only {len(views)} views can be used; give 20 sharp ones, check board size'
-            )
+            raise ShirubeCameraError(f'only {len(views)} views can be used; give 20 sharp ones, check board size')
         try:
             found = fit(views)
         except cv2.error as fault:

@@ -14,8 +14,7 @@ from shirube_core.files import YamlFileError, read_yaml
 def doctor(arguments: Sequence[str]) -> int:
     """Look at the system and print the findings; return 1 if one is an error."""
     parser = argparse.ArgumentParser(
-        prog='shirube doctor',
-        description='Look for faults of a running system, or of this machine without one.',
+        prog='shirube doctor', description='Look for faults of a running system, or of this machine without one.'
     )
     add = parser.add_argument
     add('files', nargs='*', type=Path, metavar='FILE', help='parameter files to check')
@@ -41,6 +40,5 @@ def report(findings: Sequence[Finding]) -> str:
         return 'nothing is wrong'
     width = max(len(finding.about) for finding in findings)
     return '\n'.join(
-        f'{each.severity.name.lower():<8} {each.about:<{width}}  {each.text}; {each.remedy}'
-        for each in findings
+        f'{each.severity.name.lower():<8} {each.about:<{width}}  {each.text}; {each.remedy}' for each in findings
     )

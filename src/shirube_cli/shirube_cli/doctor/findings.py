@@ -17,9 +17,7 @@ from vlc_beacon.core.light_code.ufsook import FRAME_RATE
 _IMAGE_TYPES = {f'sensor_msgs/msg/{name}' for name in ('Image', 'CompressedImage')}
 _FUTURE_MAX, _AGE_MAX = 1.0, 2.0  # tolerated stamps ahead of and behind the clock [s]
 _RATE_TOLERANCE = 0.1
-_READOUT_MIN = (
-    0.2  # a rolling shutter that reads its rows in a smaller fraction of the frame period is unusual
-)
+_READOUT_MIN = 0.2  # a rolling shutter that reads its rows in a smaller fraction of the frame period is unusual
 _GLOBAL_EXPOSURE_MAX = 1e-3  # docs/vlc_beacon.md [s]
 _ROLLING_EXPOSURE_MAX = 1.0 / (TONE_LOWEST + PREAMBLE_SYMBOL * TONE_SPACING)
 """Over one period of the highest tone its bands vanish [s]."""
@@ -54,9 +52,7 @@ def check_discovery(snapshot: Snapshot) -> Iterator[Finding]:
     """Yield what keeps nodes from finding each other."""
     if snapshot.ros_fault:
         text = f'ROS does not start: {snapshot.ros_fault}'
-        yield Finding(
-            Severity.ERROR, 'ROS', text, 'install it as docs/install.md says, or correct RMW_IMPLEMENTATION'
-        )
+        yield Finding(Severity.ERROR, 'ROS', text, 'install it as docs/install.md says, or correct RMW_IMPLEMENTATION')
     elif not snapshot.discovers_itself:
         text = 'two participants on this machine do not discover each other'
         remedy = 'allow UDP on loopback in the firewall; unset ROS_DISCOVERY_SERVER and FASTRTPS_DEFAULT_PROFILES_FILE'
@@ -91,9 +87,7 @@ def check_inputs(snapshot: Snapshot) -> Iterator[Finding]:
         has_images = counts.get(base, 0) + counts.get(f'{base}/compressed', 0) > 0
         if is_camera and not has_images and not each.faults and each.topic == base:
             what = 'calibration' if each.type not in _IMAGE_TYPES else 'images'
-            yield Finding(
-                Severity.ERROR, about, f'nobody publishes the {what}', 'start the camera, or remap the topic'
-            )
+            yield Finding(Severity.ERROR, about, f'nobody publishes the {what}', 'start the camera, or remap the topic')
 
 
 def check_images(snapshot: Snapshot) -> Iterator[Finding]:
@@ -110,9 +104,7 @@ def check_images(snapshot: Snapshot) -> Iterator[Finding]:
 
 def check_clocks(snapshot: Snapshot) -> Iterator[Finding]:
     """Yield stamps that do not fit the clock, and nodes with different clocks."""
-    simulated = {
-        node.name: bool(node.parameters.get('use_sim_time')) for node in snapshot.nodes if node.parameters
-    }
+    simulated = {node.name: bool(node.parameters.get('use_sim_time')) for node in snapshot.nodes if node.parameters}
     if len(set(simulated.values())) > 1:
         real = ', '.join(name for name, is_simulated in simulated.items() if not is_simulated)
         text = f'some nodes use simulated time, these do not: {real}'
@@ -120,10 +112,7 @@ def check_clocks(snapshot: Snapshot) -> Iterator[Finding]:
     if any(simulated.values()) and not snapshot.has_clock:
         text = 'nodes use simulated time, but nobody publishes /clock: their time does not start'
         yield Finding(
-            Severity.ERROR,
-            'use_sim_time',
-            text,
-            'start the simulator, play the bag with --clock, or set it false',
+            Severity.ERROR, 'use_sim_time', text, 'start the simulator, play the bag with --clock, or set it false'
         )
     for each in snapshot.images:
         age = float(np.median(each.ages)) if each.ages else 0.0
@@ -141,9 +130,7 @@ def check_clocks(snapshot: Snapshot) -> Iterator[Finding]:
 def check_lamp_camera(snapshot: Snapshot) -> Iterator[Finding]:
     """Yield shutter, line time and exposure of lamp receivers that do not fit their images."""
     for node in snapshot.nodes:
-        topics = {
-            each.topic for each in snapshot.inputs if each.node == node.name and each.type in _IMAGE_TYPES
-        }
+        topics = {each.topic for each in snapshot.inputs if each.node == node.name and each.type in _IMAGE_TYPES}
         images = [each for each in snapshot.images if each.topic in topics]
         if 'shutter' in node.parameters:
             yield from _check_exposure(node)
@@ -155,9 +142,7 @@ def _check_exposure(node: SeenNode) -> Iterator[Finding]:
     exposure, is_rolling = _number(node, 'exposure_time'), node.parameters['shutter'] == 'rolling'
     longest = _ROLLING_EXPOSURE_MAX if is_rolling else _GLOBAL_EXPOSURE_MAX
     if exposure > longest:
-        text = (
-            f'exposure_time is {1e6 * exposure:.0f} us; over {1e6 * longest:.0f} us the light code is blurred'
-        )
+        text = f'exposure_time is {1e6 * exposure:.0f} us; over {1e6 * longest:.0f} us the light code is blurred'
         remedy = 'set a shorter exposure in the camera and here; about 60 us with a rolling shutter'
         yield Finding(Severity.ERROR if is_rolling else Severity.WARNING, node.name, text, remedy)
 
@@ -171,9 +156,7 @@ def _check_shutter(node: SeenNode, images: SeenImages) -> Iterator[Finding]:
         yield Finding(Severity.ERROR, about, text, 'set shutter to rolling, with row_time and exposure_time')
     if len(changes) >= _LAMPS_MIN and max(changes) < BANDS_MIN and is_rolling:
         text = 'shutter is rolling, but no lamp has bands: a global shutter, or too long an exposure'
-        yield Finding(
-            Severity.ERROR, about, text, 'set shutter to global, or the exposure of the camera to 60 us'
-        )
+        yield Finding(Severity.ERROR, about, text, 'set shutter to global, or the exposure of the camera to 60 us')
     period = float(np.median(np.diff(images.stamps))) if len(images.stamps) >= _LAMPS_MIN else 0.0
     if period <= 0.0:
         return
@@ -211,14 +194,10 @@ def check_ports(snapshot: Snapshot) -> Iterator[Finding]:
     """Yield serial ports that are missing or not permitted."""
     for port in snapshot.ports:
         if not port.exists:
-            yield Finding(
-                Severity.ERROR, port.path, 'is not there', 'plug it in; ls /dev/serial/by-id names the ports'
-            )
+            yield Finding(Severity.ERROR, port.path, 'is not there', 'plug it in; ls /dev/serial/by-id names the ports')
         elif not port.is_permitted:
             text = 'may not be read and written by this user'
-            yield Finding(
-                Severity.ERROR, port.path, text, 'sudo usermod -aG dialout $USER, then log in again'
-            )
+            yield Finding(Severity.ERROR, port.path, text, 'sudo usermod -aG dialout $USER, then log in again')
 
 
 CHECKS: tuple[Callable[[Snapshot], Iterator[Finding]], ...] = (

@@ -40,8 +40,7 @@ def see_ports(paths: Sequence[str]) -> tuple[SeenPort, ...]:
     """Return serial ports: the given ones and those of this machine."""
     found = {str(path) for name in ('ttyUSB*', 'ttyACM*') for path in Path('/dev').glob(name)}
     return tuple(
-        SeenPort(path, Path(path).exists(), os.access(path, os.R_OK | os.W_OK))
-        for path in sorted({*paths, *found})
+        SeenPort(path, Path(path).exists(), os.access(path, os.R_OK | os.W_OK)) for path in sorted({*paths, *found})
     )
 
 
@@ -60,11 +59,7 @@ class _Observer:
         self._node.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, 10)
 
     def look(
-        self,
-        seconds: float,
-        environment: Mapping[str, str],
-        files: Mapping[str, object],
-        ports: Sequence[str],
+        self, seconds: float, environment: Mapping[str, str], files: Mapping[str, object], ports: Sequence[str]
     ) -> Snapshot:
         """Discover for the first half of the time, and listen for the second."""
         self._spin(0.5 * seconds)
@@ -177,9 +172,7 @@ def _answer(requests: Mapping[str, Any]) -> dict[str, object]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def see_images(
-    topic: str, kept: Sequence[tuple[float, Any]], calibration: tuple[int, int] | None
-) -> SeenImages:
+def see_images(topic: str, kept: Sequence[tuple[float, Any]], calibration: tuple[int, int] | None) -> SeenImages:
     """Return what received images show: pairs of the time of reception [s] and the message, oldest first."""
     import cv2  # noqa: PLC0415 takes a while
 

@@ -29,9 +29,7 @@ def known_names(node: str, given: Mapping[str, object]) -> set[str]:
     for own, sections in SETTINGS_OF_NODES.items():
         if own == node.rpartition('/')[2] or '*' in node.rpartition('/')[2]:
             names |= {each.name for cls in sections.values() for each in describe_settings(cls)} | _ALWAYS
-            prefixed = [
-                cls for title, cls in OTHER_SETTINGS.items() if title.startswith(f'{own}: each source')
-            ]
+            prefixed = [cls for title, cls in OTHER_SETTINGS.items() if title.startswith(f'{own}: each source')]
             names |= {'sources'} if prefixed else set()
             sources = given.get('sources', ())
             for source in sources if isinstance(sources, (list, tuple)) else ():

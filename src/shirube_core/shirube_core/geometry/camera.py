@@ -124,9 +124,7 @@ class PinholeCamera:
         x, y, z = np.linalg.inv(matrix @ rotation) @ pixels
         x, y = x / np.maximum(z, 1e-9), y / np.maximum(z, 1e-9)
         inside = np.minimum((1.0 - 1e-9) * self._lens.radius_max / np.maximum(np.hypot(x, y), 1e-9), 1.0)
-        found = self.pixels_from_points(np.column_stack([x * inside, y * inside, np.ones(len(x))])).astype(
-            np.float32
-        )
+        found = self.pixels_from_points(np.column_stack([x * inside, y * inside, np.ones(len(x))])).astype(np.float32)
         return found[:, 0].reshape(u.shape), found[:, 1].reshape(u.shape)
 
 

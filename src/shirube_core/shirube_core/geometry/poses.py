@@ -150,9 +150,7 @@ def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
     return matrix
 
 
-def covariance_from_information(
-    information: NDArray[np.float64], determinant_min: float
-) -> NDArray[np.float64] | None:
+def covariance_from_information(information: NDArray[np.float64], determinant_min: float) -> NDArray[np.float64] | None:
     """Return the covariance of a fitted pose, the inverse of its information matrix; None if that is singular.
 
     Args:

@@ -33,9 +33,7 @@ class CumulativeOdometry(NamedTuple):
     syy: float
     odometry_gap: int
 
-    def moved(
-        self, twist: tuple[float, float, float], stamp: int, odometry_gap: int = 0
-    ) -> CumulativeOdometry:
+    def moved(self, twist: tuple[float, float, float], stamp: int, odometry_gap: int = 0) -> CumulativeOdometry:
         """Return the sums after one more step along the arc of a twist (see `SE2.exp`) until a stamp [ns]."""
         dx, dy, yaw = twist
         distance, rotation, half = math.hypot(dx, dy), abs(yaw), 0.5 * yaw

@@ -52,9 +52,7 @@ class OdometryBuffer:
         self._speed_max, self._turn_rate_max = speed_max, turn_rate_max
         self._stamps: list[int] = []
         self._poses: list[SE2] = []
-        self._twists: list[
-            Twist | None
-        ] = []  # of the step to each message, None for the first one and a jump
+        self._twists: list[Twist | None] = []  # of the step to each message, None for the first one and a jump
         self._cumulative: list[CumulativeOdometry] = []
         self._jump_stamps: list[int] = []
 

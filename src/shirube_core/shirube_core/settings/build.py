@@ -77,9 +77,7 @@ def check_value(description: SettingDescription, value: object) -> None:
         SettingsError: one line that names the setting, its value and what is allowed.
     """
     if not _has_type(description, value):
-        raise SettingsError(
-            f'setting {description.name} is {value!r}, it must be {_describe_type(description)}'
-        )
+        raise SettingsError(f'setting {description.name} is {value!r}, it must be {_describe_type(description)}')
     numbers = value if isinstance(value, tuple) else (value,)
     if not all(_is_allowed(description, number) for number in numbers):
         unit = f' {description.unit}' if description.unit else ''
@@ -91,9 +89,7 @@ def check_value(description: SettingDescription, value: object) -> None:
 
 def _has_type(description: SettingDescription, value: object) -> bool:
     if description.is_tuple:
-        right_length = description.length is None or (
-            isinstance(value, tuple) and len(value) == description.length
-        )
+        right_length = description.length is None or (isinstance(value, tuple) and len(value) == description.length)
         return isinstance(value, tuple) and right_length and all(_is_number(element) for element in value)
     if description.type is float:
         return _is_number(value)
@@ -166,11 +162,7 @@ def reject_former_option(parser: argparse.ArgumentParser, former_name: str, name
         name: its new name, with underscores.
     """
     parser.add_argument(
-        option_name(former_name),
-        dest=name,
-        action=_RenamedOption,
-        default=argparse.SUPPRESS,
-        help=argparse.SUPPRESS,
+        option_name(former_name), dest=name, action=_RenamedOption, default=argparse.SUPPRESS, help=argparse.SUPPRESS
     )
 
 

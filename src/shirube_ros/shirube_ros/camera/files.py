@@ -34,9 +34,7 @@ def load_calibration(path: Path) -> PinholeCamera:
         distortion_model=model,
     )
     if len(camera_info.k) != 9:
-        raise CalibrationError(
-            f'{path}: camera_matrix has {len(camera_info.k)} numbers instead of 9; {_REMEDY}'
-        )
+        raise CalibrationError(f'{path}: camera_matrix has {len(camera_info.k)} numbers instead of 9; {_REMEDY}')
     try:
         return camera_from_camera_info(camera_info, str(path))
     except CameraInfoError as fault:
@@ -52,9 +50,7 @@ def load_camera_info(path: Path) -> CameraInfo:
         if field in content:
             numbers = _numbers(path, content, field)
             if len(numbers) != count:
-                raise CalibrationError(
-                    f'{path}: {field} has {len(numbers)} numbers instead of {count}; {_REMEDY}'
-                )
+                raise CalibrationError(f'{path}: {field} has {len(numbers)} numbers instead of {count}; {_REMEDY}')
             setattr(info, name, numbers)
     return info
 
@@ -90,9 +86,7 @@ def _matrix(values: NDArray[np.float64]) -> dict[str, object]:
 def _size(path: Path, content: dict[str, Any], field: str) -> int:
     value = content.get(field)
     if isinstance(value, bool) or not isinstance(value, int):
-        raise CalibrationError(
-            f'{path}: {field} is {format_value(value)}, expected a number of pixels; {_REMEDY}'
-        )
+        raise CalibrationError(f'{path}: {field} is {format_value(value)}, expected a number of pixels; {_REMEDY}')
     return value
 
 

@@ -107,9 +107,7 @@ def decode_file(data: NDArray[np.uint8]) -> NDArray[np.uint8] | None:
 
 def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Convert an image, grey of shape (h, w) or BGR of shape (h, w, 3), to grey, shape (h, w)."""
-    return (
-        pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-    )
+    return pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 
 def image_from_array(pixels: NDArray[np.uint8], header: Header) -> Image:
@@ -147,20 +145,14 @@ def depth_from_image(message: Image, topic: str) -> NDArray[np.float32]:
     """
     kind = _TYPES.get(message.encoding)
     if kind is None:
-        raise ImageError(
-            f'{topic} has the encoding {message.encoding!r}; send 32FC1 (metres) or 16UC1 (millimetres)'
-        )
+        raise ImageError(f'{topic} has the encoding {message.encoding!r}; send 32FC1 (metres) or 16UC1 (millimetres)')
     kind = kind.newbyteorder('>' if message.is_bigendian else '<')
     height, width, step = message.height, message.width, message.step
     if height == 0 or width == 0 or step < width * kind.itemsize:
-        raise ImageError(
-            f'{topic} is {width} x {height} px with rows of {step} bytes; check the camera driver'
-        )
+        raise ImageError(f'{topic} is {width} x {height} px with rows of {step} bytes; check the camera driver')
     if len(message.data) < step * (height - 1) + width * kind.itemsize:
         raise ImageError(f'{topic} is truncated; check the camera driver and the network')
-    raw: NDArray[np.generic] = np.ndarray(
-        (height, width), kind, buffer=message.data, strides=(step, kind.itemsize)
-    )
+    raw: NDArray[np.generic] = np.ndarray((height, width), kind, buffer=message.data, strides=(step, kind.itemsize))
     if kind.kind == 'f':
         return np.ascontiguousarray(raw, dtype=np.float32)
     depth = raw.astype(np.float32) * np.float32(_MILLIMETRE)

@@ -38,9 +38,7 @@ def camera_from_camera_info(message: CameraInfo, topic: str) -> PinholeCamera:
     window = sensor_window(message, topic)
     (fx, _, cx), (_, fy, cy), _ = window.matrix @ np.array(message.k, dtype=np.float64).reshape(3, 3)
     try:
-        return PinholeCamera(
-            window.width, window.height, float(fx), float(fy), float(cx), float(cy), distortion, model
-        )
+        return PinholeCamera(window.width, window.height, float(fx), float(fy), float(cx), float(cy), distortion, model)
     except ValueError as error:
         raise CameraInfoError(f'{topic}: {error}; {_REMEDY}') from error
 
@@ -102,11 +100,7 @@ def sensor_window(message: CameraInfo, topic: str) -> SensorWindow:
         )
     bin_x, bin_y = (max(getattr(message, name, 1), 1) for name in ('binning_x', 'binning_y'))
     matrix = np.array(
-        [
-            [1.0 / bin_x, 0.0, (0.5 - x) / bin_x - 0.5],
-            [0.0, 1.0 / bin_y, (0.5 - y) / bin_y - 0.5],
-            [0.0, 0.0, 1.0],
-        ]
+        [[1.0 / bin_x, 0.0, (0.5 - x) / bin_x - 0.5], [0.0, 1.0 / bin_y, (0.5 - y) / bin_y - 0.5], [0.0, 0.0, 1.0]]
     )
     return SensorWindow(width // bin_x, height // bin_y, matrix)
 

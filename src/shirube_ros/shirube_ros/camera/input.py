@@ -67,11 +67,7 @@ class ImageInput(Generic[Camera]):
         self, node: Node, guard: CallbackGuard, kind: type, topic: str, callback: Callable[..., None]
     ) -> Subscription:
         return node.create_subscription(
-            kind,
-            topic,
-            guard.guard(topic, callback),
-            sensor_profile(),
-            qos_overriding_options=overridable(),
+            kind, topic, guard.guard(topic, callback), sensor_profile(), qos_overriding_options=overridable()
         )
 
     def _on_camera_info(self, message: CameraInfo) -> None:

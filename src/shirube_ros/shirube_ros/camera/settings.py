@@ -15,16 +15,10 @@ class CameraSettings:
     """Camera extrinsics, frames and image transport."""
 
     camera_xyz: tuple[float, float, float] = setting(
-        _DOWNWARD.xyz,
-        'position of the optical frame in base_frame, whose plane z = 0 is the floor',
-        'm',
-        (-10.0, 10.0),
+        _DOWNWARD.xyz, 'position of the optical frame in base_frame, whose plane z = 0 is the floor', 'm', (-10.0, 10.0)
     )
     camera_rpy: tuple[float, float, float] = setting(
-        _DOWNWARD.rpy,
-        'fixed-axis roll, pitch, yaw of the optical frame in base_frame',
-        'rad',
-        (-math.tau, math.tau),
+        _DOWNWARD.rpy, 'fixed-axis roll, pitch, yaw of the optical frame in base_frame', 'rad', (-math.tau, math.tau)
     )
     map_frame: str = setting('map', 'frame in which poses are published')
     base_frame: str = setting('base_link', 'frame of the robot whose pose is published')

@@ -140,9 +140,7 @@ def save_poses(path: Path, poses: Mapping[int, SE2]) -> int:
     return len(poses)
 
 
-def run_command(
-    work: Callable[[], tuple[Sequence[str], str]], errors: tuple[type[Exception], ...], out: Path
-) -> int:
+def run_command(work: Callable[[], tuple[Sequence[str], str]], errors: tuple[type[Exception], ...], out: Path) -> int:
     """Do the work of a command, print its report and return the exit code; errors are one line.
 
     Args:
@@ -159,9 +157,7 @@ def run_command(
             print(f'locate: {fault}', file=sys.stderr)
         return 1 if fault else 0
 
-    return command.run_command(
-        'locate', locate, (*errors, CameraFileError, ShirubeBagsError, SettingsError), out
-    )
+    return command.run_command('locate', locate, (*errors, CameraFileError, ShirubeBagsError, SettingsError), out)
 
 
 def add_single_camera_options(parser: argparse.ArgumentParser, in_bag: str) -> None:

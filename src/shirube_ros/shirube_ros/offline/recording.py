@@ -75,12 +75,7 @@ def choose_topics(
 
 
 def select_topic(
-    bag: BagReader,
-    name: str | None,
-    types: tuple[str, ...],
-    defaults: tuple[str, ...],
-    *,
-    is_optional: bool = False,
+    bag: BagReader, name: str | None, types: tuple[str, ...], defaults: tuple[str, ...], *, is_optional: bool = False
 ) -> str:
     """Return the named topic, else the first default one, else the only one of the types; empty if there is
     none.
@@ -157,9 +152,7 @@ class Recording(Generic[Calibration]):
         self._bag, self._topics, self._read_calibration = bag, topics, read_calibration
         self._calibrations: dict[str, Calibration] = {}
 
-    def messages(
-        self,
-    ) -> Iterator[RecordedImage[Calibration] | BadImage | RecordedOdometry | RecordedTilt]:
+    def messages(self) -> Iterator[RecordedImage[Calibration] | BadImage | RecordedOdometry | RecordedTilt]:
         """Yield the converted messages in order; an invalid image is yielded with its error.
 
         Raises:
@@ -172,9 +165,7 @@ class Recording(Generic[Calibration]):
                 continue
             try:
                 if raw.topic == self._topics.odometry:
-                    yield RecordedOdometry(
-                        raw.topic, message.header, planar_pose(message.pose.pose, raw.topic)
-                    )
+                    yield RecordedOdometry(raw.topic, message.header, planar_pose(message.pose.pose, raw.topic))
                 elif raw.topic == self._topics.imu:
                     tilt = tilt_from_imu(message, raw.topic)
                     yield RecordedTilt(raw.topic, message.header, _stamp_ns(message), tilt)

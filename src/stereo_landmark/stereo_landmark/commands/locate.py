@@ -38,18 +38,14 @@ _RATES = 1e-4, 1e6
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if a file is malformed or no pair has a displacement."""
     options = make_parser().parse_args(arguments)
-    return run_command(
-        lambda: save_and_report(locate(options), options.out), (StereoLandmarkError,), options.out
-    )
+    return run_command(lambda: save_and_report(locate(options), options.out), (StereoLandmarkError,), options.out)
 
 
 def save_and_report(frames: Sequence[LocatedFrame], folder: Path) -> tuple[list[str], str]:
     """Write the results; return the report and a fault if no pair has a displacement."""
     files = save_displacements(folder, frames)
     places = Counter(frame.fix.place.name for frame in frames if frame.fix is not None)
-    report = [
-        f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}'
-    ]
+    report = [f'{places.total()} of {len(frames)} pairs have a displacement; see {", ".join(map(str, files))}']
     report += [f'{number} at {name}' for name, number in places.most_common()]
     failures = Counter(frame.failure[0] for frame in frames if frame.fix is None).most_common()
     report += [f'{number} without: {failure}' for failure, number in failures]

@@ -81,9 +81,7 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     left, right = (detect_scene(image, config.processing) for image in (images.left, images.right))
     teacher = Teacher(StereoView(left, right, rig, images.tilt), config.processing)
     # (b) Targets: primitives in their order of detection; (c) corresponding points with their 3D coordinates.
-    selections, refused = _drop_refused(
-        [_select_target(target, teacher) for target in config.targets], teacher
-    )
+    selections, refused = _drop_refused([_select_target(target, teacher) for target in config.targets], teacher)
     place = teacher.teach(config.name, selections, config.T_map_place)
     # (d) Procedure tree: the place must be recognized in its own images.
     settings = LandmarkSettings(method=SHAPES)  # features would find any place
@@ -109,9 +107,7 @@ def _select_target(target: TargetConfig, teacher: Teacher) -> TargetSelection:
         raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
 
 
-def _drop_refused(
-    selections: Sequence[TargetSelection], teacher: Teacher
-) -> tuple[list[TargetSelection], list[str]]:
+def _drop_refused(selections: Sequence[TargetSelection], teacher: Teacher) -> tuple[list[TargetSelection], list[str]]:
     """Return the selections without primitives that cannot be measured, and a line for each of these.
 
     Raises:
@@ -187,9 +183,7 @@ def make_parser() -> argparse.ArgumentParser:
         '--live', action='store_true', help='subscribe to left/image_rect and so on; --ros-args may follow'
     )
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
-    add(
-        '--replace', action='store_true', help='allow --batch or --accept to replace a place of the same name'
-    )
+    add('--replace', action='store_true', help='allow --batch or --accept to replace a place of the same name')
     add('--accept', action='store_true', help='save what --drive proposes, without the page')
     _add_page_options(add)
     return parser

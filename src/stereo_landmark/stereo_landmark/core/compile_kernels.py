@@ -45,11 +45,7 @@ def compile_kernels() -> None:
 def _draw_wall(shift: int) -> GreyImage:
     """Draw plates, discs and a slot, all shifted to the left by a disparity [px], shape (240, 320)."""
     picture = np.full((_CAMERA.height, _CAMERA.width), 120, dtype=np.uint8)
-    for left, top, right, bottom, level in (
-        (60, 40, 130, 90, 40),
-        (220, 30, 290, 110, 210),
-        (80, 190, 260, 198, 30),
-    ):
+    for left, top, right, bottom, level in ((60, 40, 130, 90, 40), (220, 30, 290, 110, 210), (80, 190, 260, 198, 30)):
         cv2.rectangle(picture, (left - shift, top), (right - shift, bottom), level, cv2.FILLED)
     for x, y, radius, level in ((180, 80, 22, 230), (90, 145, 16, 30)):
         cv2.circle(picture, (x - shift, y), radius, level, cv2.FILLED, cv2.LINE_AA)

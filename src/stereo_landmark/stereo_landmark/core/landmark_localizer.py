@@ -14,12 +14,7 @@ from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, Place
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.paper_search import PaperSearch
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
-from stereo_landmark.core.procedure.target_search import (
-    NoTargetDetection,
-    TargetDetection,
-    TargetResult,
-    TargetSearch,
-)
+from stereo_landmark.core.procedure.target_search import NoTargetDetection, TargetDetection, TargetResult, TargetSearch
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import BOTH, CLOSED_FORM, PAPER, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig, concatenate
@@ -70,8 +65,7 @@ class LandmarkLocalizer:
             # Beyond this yaw, features find the pose faster than shapes.
             narrow = replace(search, yaw_max=min(search.yaw_max, SHAPES_YAW_MAX))
             self._searches = {
-                place.name: TargetSearch(place, narrow if place.name in self._views else search)
-                for place in places
+                place.name: TargetSearch(place, narrow if place.name in self._views else search) for place in places
             }
             sigma = self._place_settings.pixel_sigma
             self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
@@ -115,17 +109,11 @@ class LandmarkLocalizer:
         return max(failures, key=lambda failure: failure.progress)
 
     def _locate_at(
-        self,
-        place: TaughtPlace,
-        images: SeenImages,
-        tilt: tuple[float, float],
-        views: dict[_ViewKey, StereoView],
+        self, place: TaughtPlace, images: SeenImages, tilt: tuple[float, float], views: dict[_ViewKey, StereoView]
     ) -> LandmarkFix | NoLandmarkFix:
         """Return the pose at a place: shapes find it, else features, and the fit uses both."""
         view = self._views.get(place.name)
-        by_shapes: LandmarkFix | NoLandmarkFix = NoLandmarkFix(
-            ViewFault.NOT_FOUND.value, f'place {place.name}'
-        )
+        by_shapes: LandmarkFix | NoLandmarkFix = NoLandmarkFix(ViewFault.NOT_FOUND.value, f'place {place.name}')
         if view is None or self._settings.method == BOTH:
             detections = self._detect(place, images, tilt, views)
             by_shapes, points = self._locate_by_shapes(place, detections, images, tilt)
@@ -134,9 +122,7 @@ class LandmarkLocalizer:
         shape_fix = by_shapes.displacement if isinstance(by_shapes, LandmarkFix) else None
         confirmed = None if shape_fix is None else view.confirm(shape_fix, images)
         if isinstance(by_shapes, LandmarkFix) and confirmed is not None:
-            used = np.array(
-                [name in by_shapes.displacement.names for name in points.seen.names], dtype=np.bool_
-            )
+            used = np.array([name in by_shapes.displacement.names for name in points.seen.names], dtype=np.bool_)
             points = ShapePoints(points.seen.subset(used), points.taught)
             fix = view.fit(state_of(by_shapes.displacement), confirmed, points, tilt)
             return self._finish(place, fix, by_shapes.detections, by_shapes.matched_patches)
@@ -175,18 +161,14 @@ class LandmarkLocalizer:
         """Search each target by its procedure tree (figs 7 and 8), or at a known state, shape (4,)."""
         if self._settings.mode == PAPER:
             pair = images.left, images.right
-            return tuple(
-                self._paper_searches[place.name].search(target, pair, tilt) for target in place.targets
-            )
+            return tuple(self._paper_searches[place.name].search(target, pair, tilt) for target in place.targets)
         detections = []
         for target in place.targets:
             # Edges, segments and primitives by the taught parameters (3.3b), once for targets with the same ones.
             processing = target.processing or place.processing
             key = processing, frozenset(place.kinds), place.rig
             if key not in views:
-                scenes = [
-                    detect_scene(image, processing, place.kinds) for image in (images.left, images.right)
-                ]
+                scenes = [detect_scene(image, processing, place.kinds) for image in (images.left, images.right)]
                 views[key] = StereoView(scenes[0], scenes[1], place.rig, tilt)
             search = self._searches[place.name]
             if state is None:
@@ -211,11 +193,7 @@ class LandmarkLocalizer:
         return ShapePoints(seen.subset(is_selected), taught), patches
 
     def _locate_by_shapes(
-        self,
-        place: TaughtPlace,
-        detections: tuple[TargetResult, ...],
-        images: SeenImages,
-        tilt: tuple[float, float],
+        self, place: TaughtPlace, detections: tuple[TargetResult, ...], images: SeenImages, tilt: tuple[float, float]
     ) -> tuple[LandmarkFix | NoLandmarkFix, ShapePoints]:
         points, patches = self._measure(place, detections, images)
         # Points at inconsistent distances are excluded (end of 3.4); the others determine the displacement (3.1).
@@ -246,9 +224,7 @@ def _check_sizes(place: TaughtPlace, images: tuple[GreyImage, GreyImage]) -> Non
             )
 
 
-def _describe_failure(
-    place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix
-) -> NoLandmarkFix:
+def _describe_failure(place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix) -> NoLandmarkFix:
     """Return why a place gave no pose: the points of its targets were rejected, or no target was detected."""
     missing = [each for each in detections if isinstance(each, NoTargetDetection)]
     if len(missing) < len(detections):

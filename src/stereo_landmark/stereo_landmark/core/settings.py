@@ -13,28 +13,20 @@ class EdgeSettings:
     Non-maximum suppression makes every edge one pixel wide; ``thinning`` selects the paper's thinning instead.
     """
 
-    filter_sigma: float = setting(
-        1.0, 'standard deviation of the Gaussian derivative filter', 'px', (0.5, 5.0)
-    )
+    filter_sigma: float = setting(1.0, 'standard deviation of the Gaussian derivative filter', 'px', (0.5, 5.0))
     threshold: float = setting(
         6.0,
         'upper hysteresis threshold: gradient that a segment must reach at one point [grey levels / px]',
         limits=(0.5, 200.0),
     )
-    continuation: float = setting(
-        0.4, 'lower hysteresis threshold as a fraction of threshold', limits=(0.1, 1.0)
-    )
+    continuation: float = setting(0.4, 'lower hysteresis threshold as a fraction of threshold', limits=(0.1, 1.0))
     thinning: float = setting(
         0.0,
         'maximum passes of thinning of the binary image, as in the paper; 0: non-maximum suppression',
         limits=(0.0, 20.0),
     )
-    length_min: float = setting(
-        8.0, 'minimum segment length; shorter segments are noise', 'px', (2.0, 1000.0)
-    )
-    bend_tolerance: float = setting(
-        0.8, 'tolerance of the polyline approximation (Douglas-Peucker)', 'px', (0.3, 10.0)
-    )
+    length_min: float = setting(8.0, 'minimum segment length; shorter segments are noise', 'px', (2.0, 1000.0))
+    bend_tolerance: float = setting(0.8, 'tolerance of the polyline approximation (Douglas-Peucker)', 'px', (0.3, 10.0))
 
 
 @dataclass(frozen=True)
@@ -45,19 +37,13 @@ class PrimitiveSettings:
     side_gap_max: float = setting(
         0.5, 'longest gap to join, as a fraction of both line segments together', limits=(0.0, 2.0)
     )
-    side_offset_max: float = setting(
-        1.5, 'largest offset of joined line segments across the line', 'px', (0.2, 10.0)
-    )
-    corner_gap_max: float = setting(
-        4.0, 'largest gap between an arm of a corner and the vertex', 'px', (1.0, 50.0)
-    )
+    side_offset_max: float = setting(1.5, 'largest offset of joined line segments across the line', 'px', (0.2, 10.0))
+    corner_gap_max: float = setting(4.0, 'largest gap between an arm of a corner and the vertex', 'px', (1.0, 50.0))
     corner_angle_min: float = setting(0.35, 'smallest angle between the arms of a corner', 'rad', (0.05, 1.5))
     hidden_corner_max: float = setting(
         30.0, 'largest gap between a side of a quadrilateral and an occluded corner', 'px', (1.0, 300.0)
     )
-    side_seen_min: float = setting(
-        0.3, 'smallest visible fraction of each side of a quadrilateral', limits=(0.05, 1.0)
-    )
+    side_seen_min: float = setting(0.3, 'smallest visible fraction of each side of a quadrilateral', limits=(0.05, 1.0))
     outline_seen_min: float = setting(
         0.6, 'smallest visible fraction of the outline of a quadrilateral', limits=(0.1, 1.0)
     )
@@ -70,9 +56,7 @@ class PrimitiveSettings:
     ellipse_axis_min: float = setting(5.0, 'smallest semi-axis of an ellipse', 'px', (2.0, 1000.0))
     ellipse_axis_max: float = setting(300.0, 'largest semi-axis of an ellipse', 'px', (5.0, 5000.0))
     ellipse_flatness_min: float = setting(0.2, 'smallest ratio of the axes of an ellipse', limits=(0.05, 1.0))
-    ellipse_seen_min: float = setting(
-        0.45, 'smallest visible fraction of the outline of an ellipse', limits=(0.1, 1.0)
-    )
+    ellipse_seen_min: float = setting(0.45, 'smallest visible fraction of the outline of an ellipse', limits=(0.1, 1.0))
 
 
 @tunable()
@@ -103,10 +87,7 @@ class SearchSettings:
         former_name='seen_min',
     )
     detection_probability: float = setting(
-        0.8,
-        'probability that a visible primitive is detected',
-        limits=(0.1, 0.99),
-        former_name='found_probability',
+        0.8, 'probability that a visible primitive is detected', limits=(0.1, 0.99), former_name='found_probability'
     )
     log_likelihood_ratio_min: float = setting(
         4.0,
@@ -155,9 +136,7 @@ class PlaceSettings:
     gate_sigmas: float = setting(
         5.0, 'points with a larger Mahalanobis distance are rejected as outliers', limits=(2.0, 20.0)
     )
-    position_sigma_max: float = setting(
-        0.1, 'maximum standard deviation of a published position', 'm', (0.001, 10.0)
-    )
+    position_sigma_max: float = setting(0.1, 'maximum standard deviation of a published position', 'm', (0.001, 10.0))
 
 
 @dataclass(frozen=True)

@@ -161,9 +161,7 @@ def concatenate(groups: Sequence[StereoPoints]) -> StereoPoints:
     return StereoPoints(
         tuple(name for group in groups for name in group.names),
         np.concatenate([np.empty((0, MEASUREMENT_SIZE)), *(group.pixels for group in groups)]),
-        np.concatenate(
-            [np.empty((0, MEASUREMENT_SIZE, MEASUREMENT_SIZE)), *(group.covariances for group in groups)]
-        ),
+        np.concatenate([np.empty((0, MEASUREMENT_SIZE, MEASUREMENT_SIZE)), *(group.covariances for group in groups)]),
     )
 
 
@@ -190,9 +188,7 @@ def add_calibration_noise(points: StereoPoints, pixel_sigma: float) -> StereoPoi
 
     Without it the depths of near points would be too certain, and the fit would rotate about the target.
     """
-    return StereoPoints(
-        points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASUREMENT_SIZE)
-    )
+    return StereoPoints(points.names, points.pixels, points.covariances + pixel_sigma**2 * np.eye(MEASUREMENT_SIZE))
 
 
 def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:

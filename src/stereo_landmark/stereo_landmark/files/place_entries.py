@@ -10,12 +10,7 @@ from shirube_core.settings import SettingsError, describe_settings, settings_fro
 from stereo_landmark.core.primitives.corner import Corner
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.parallel_lines import ParallelLines
-from stereo_landmark.core.primitives.primitive import (
-    ImageProcessing,
-    Primitive,
-    PrimitiveKind,
-    invariant_points,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind, invariant_points
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.stereo import INTRINSICS, SpatialPoints, StereoRig, calibration_hash
@@ -49,9 +44,7 @@ def place_entries(place: TaughtPlace) -> dict[str, Any]:
         'corresponding_points': {target.name: target.points for target in place.targets},
         'coordinates': [
             {'point': name, 'xyz': position, 'covariance': covariance}
-            for name, position, covariance in zip(
-                points.names, points.positions, points.covariances, strict=True
-            )
+            for name, position, covariance in zip(points.names, points.positions, points.covariances, strict=True)
         ],
         'T_map_place': None if pose is None else {'x': pose.x, 'y': pose.y, 'yaw': pose.yaw},
     }
@@ -120,9 +113,7 @@ def _coordinates(entries: list[dict[str, Any]]) -> SpatialPoints:
         slack = 1e-9 * abs(float(np.trace(covariance)))
         is_symmetric = np.allclose(covariance, covariance.T, rtol=0.0, atol=slack)
         if not is_symmetric or np.linalg.eigvalsh(covariance)[0] < -slack:
-            raise StereoLandmarkError(
-                f'coordinates {name}: covariance is not positive semidefinite; {_REMEDY}'
-            )
+            raise StereoLandmarkError(f'coordinates {name}: covariance is not positive semidefinite; {_REMEDY}')
     return SpatialPoints(tuple(names), positions, covariances)
 
 
@@ -136,9 +127,7 @@ def _check_points(targets: tuple[TaughtTarget, ...], coordinates: SpatialPoints)
                     raise StereoLandmarkError(f'coordinates: {name} is missing; {_REMEDY}')
         for point in target.points:
             if f'{target.name}/{point}' not in coordinates.names:
-                raise StereoLandmarkError(
-                    f'corresponding_points.{target.name}: {point} has no coordinates; {_REMEDY}'
-                )
+                raise StereoLandmarkError(f'corresponding_points.{target.name}: {point} has no coordinates; {_REMEDY}')
 
 
 def _check_names(field: str, names: list[str]) -> None:

@@ -30,9 +30,7 @@ def place_path(folder: Path, name: str) -> Path:
     return folder / f'{name}.yaml'
 
 
-def save_place(
-    folder: Path, place: TaughtPlace, images: StereoImages, *, replace_damaged: bool = False
-) -> Path:
+def save_place(folder: Path, place: TaughtPlace, images: StereoImages, *, replace_damaged: bool = False) -> Path:
     """Write a place atomically and return its file.
 
     Shapes are written without their covariance, which belongs to the images and not to the place.
@@ -53,11 +51,7 @@ def save_place(
     earlier = _existing_images(path, replace_damaged) if path.exists() else {}
     written = write_images(folder, place.name, images)
     text = yaml.safe_dump(
-        {**entries, 'images': written},
-        sort_keys=False,
-        default_flow_style=None,
-        allow_unicode=True,
-        width=110,
+        {**entries, 'images': written}, sort_keys=False, default_flow_style=None, allow_unicode=True, width=110
     )
     write_text(path, text)
     stale = {str(earlier[side]) for side in ('left', 'right') if earlier} - {*map(str, written.values())}
@@ -137,9 +131,7 @@ def _load_with_images(path: Path) -> TaughtPlace:
 def _read(path: Path) -> dict[str, Any]:
     content = read_yaml(path, _REMEDY)
     if content.get('format') != FORMAT:
-        raise NotAPlaceFileError(
-            f'{path}: format is not {FORMAT}, so it is not a taught place; move it elsewhere'
-        )
+        raise NotAPlaceFileError(f'{path}: format is not {FORMAT}, so it is not a taught place; move it elsewhere')
     version = content.get('version')
     if isinstance(version, int) and version > VERSION:
         raise LandmarkFileError(

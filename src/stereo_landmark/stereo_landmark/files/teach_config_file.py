@@ -142,9 +142,7 @@ def _files(folder: Path, entry: dict[str, str]) -> tuple[Path, Path]:
 
 def _processing(where: str, *contents: dict[str, Any]) -> ImageProcessing:
     """Return the image processing of entries, the later ones of which override the earlier ones."""
-    values = {
-        name: value for each in contents for name, value in flatten(each.get('image_processing', {})).items()
-    }
+    values = {name: value for each in contents for name, value in flatten(each.get('image_processing', {})).items()}
     try:
         return settings_from_values(ImageProcessing, values)
     except SettingsError as fault:
@@ -216,9 +214,7 @@ def _load_from_files(source: CalibratedImages) -> tuple[CameraImage, CameraImage
     return left, right
 
 
-def _load_from_bag(
-    moment: BagStamp, *, is_raw: bool
-) -> tuple[CameraImage, CameraImage, tuple[float, float] | None]:
+def _load_from_bag(moment: BagStamp, *, is_raw: bool) -> tuple[CameraImage, CameraImage, tuple[float, float] | None]:
     """Return the first pair from the stamp on, and the tilt that the IMU measured near it."""
     begin = None if moment.stamp is None else round(moment.stamp * 1e9)
     with BagReader(moment.path) as bag:

@@ -26,9 +26,7 @@ def propose_from_drive(source: StereoPairs, options: argparse.Namespace) -> Driv
     proposal = propose_place(options.name, len(source.labels), source.images, source.rig, LandmarkSettings())
     print('\n'.join(describe(proposal, source.labels)))  # noqa: T201
     if options.accept:
-        save_place(
-            options.places, proposal.place, source.images(proposal.taught), replace_damaged=options.replace
-        )
+        save_place(options.places, proposal.place, source.images(proposal.taught), replace_damaged=options.replace)
         print(f'{options.name} is taught; see {file}')  # noqa: T201
     return proposal
 

@@ -107,14 +107,10 @@ class CameraSubscriber:
 
     def _reset(self) -> None:
         """Reset buffers after the clock jumped back."""
-        self._pairing: StampSynchronizer[_CalibratedImage] = StampSynchronizer(
-            self._tolerance_ns, _QUEUE_SIZE
-        )
+        self._pairing: StampSynchronizer[_CalibratedImage] = StampSynchronizer(self._tolerance_ns, _QUEUE_SIZE)
         self._tilts = TiltBuffer()
 
-    def _add_image(
-        self, side: Side, header: Header, pixels: NDArray[np.uint8], calibration: CameraCalibration
-    ) -> None:
+    def _add_image(self, side: Side, header: Header, pixels: NDArray[np.uint8], calibration: CameraCalibration) -> None:
         stamp_ns = header.stamp.sec * _NANOSECONDS + header.stamp.nanosec
         image = to_grey(pixels)
         with self._condition:

@@ -29,9 +29,7 @@ def number(request: Request, name: str) -> float:
 
 def integer(request: Request, name: str) -> int:
     """Return an integer field; StereoLandmarkError if it is none."""
-    return int(
-        _field(request, name, 'an integer', lambda value: isinstance(value, int) and not _is_flag(value))
-    )
+    return int(_field(request, name, 'an integer', lambda value: isinstance(value, int) and not _is_flag(value)))
 
 
 def flag(request: Request, name: str) -> bool:
@@ -111,8 +109,6 @@ EDITS: dict[str, Edit] = {
     'drop': lambda state, r: edits.remove_primitive(state, text(r, 'name')),
     'rename_primitive': lambda state, r: edits.rename_primitive(state, text(r, 'name'), text(r, 'to')),
     'move': lambda state, r: edits.move_primitive(state, text(r, 'name'), integer(r, 'place')),
-    'set_points_used': lambda state, r: edits.set_points_used(
-        state, _text_list(r, 'points'), used=flag(r, 'used')
-    ),
+    'set_points_used': lambda state, r: edits.set_points_used(state, _text_list(r, 'points'), used=flag(r, 'used')),
 }
 """Edits by the value of the field ``do``; each may raise a StereoLandmarkError."""

@@ -95,9 +95,7 @@ class PageServer:
             # A failing request must not end a session with unsaved changes.
             _LOG.exception('internal error while handling a request')
             shown = self._pages[socket]
-            answer = {
-                'error': 'internal error, see the log of teach; save the place and report it to the maintainer'
-            }
+            answer = {'error': 'internal error, see the log of teach; save the place and report it to the maintainer'}
         await socket.send_json({'id': request.get('id'), **answer})
         # Other pages are not updated during a drag; the page requests the whole state at its end.
         if request.get('do') != 'edges':

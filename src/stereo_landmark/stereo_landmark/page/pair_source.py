@@ -165,9 +165,7 @@ def join_pairs(first: StereoPairs, others: Sequence[tuple[str, StereoPairs]]) ->
     labels = list(first.labels)
     for name, other in others:
         if calibration_hash(other.rig) != calibration_hash(first.rig):
-            raise StereoLandmarkError(
-                f'{name} was recorded with other cameras; give a bag with the same calibration'
-            )
+            raise StereoLandmarkError(f'{name} was recorded with other cameras; give a bag with the same calibration')
         numbered += [(other, number) for number in range(len(other.labels))]
         labels += [f'{name} {label}' for label in other.labels]
 

@@ -125,21 +125,12 @@ class RequestHandler:
         selection = self._selection_number
         checks = {target: check for (of, target), check in self._checks.items() if of == selection}
         shown = snapshot(self.session, self._source)
-        return {
-            'state': {
-                **shown,
-                'save_status': self.save_status.value,
-                'selection': selection,
-                'checks': checks,
-            }
-        }
+        return {'state': {**shown, 'save_status': self.save_status.value, 'selection': selection, 'checks': checks}}
 
     @property
     def _selection_number(self) -> int:
         """Number of the current selection; the same selection has the same number, also after undo."""
-        return self._selection_numbers.setdefault(
-            self.session.state.selection_key, len(self._selection_numbers)
-        )
+        return self._selection_numbers.setdefault(self.session.state.selection_key, len(self._selection_numbers))
 
     def _edges(self, request: Request) -> Answer:
         """Return the edges with a setting that is being changed; the detectors run after the gesture ends."""

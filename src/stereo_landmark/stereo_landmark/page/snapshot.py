@@ -11,12 +11,7 @@ from shirube_core.settings import describe_settings
 from stereo_landmark.core.edges.edges import Segments
 from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix
-from stereo_landmark.core.primitives.primitive import (
-    ImageProcessing,
-    Primitive,
-    PrimitiveKind,
-    primitive_kind,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind, primitive_kind
 from stereo_landmark.core.procedure.target_search import TargetDetection
 from stereo_landmark.core.teaching.edits import processing_values
 from stereo_landmark.core.teaching.hints import Hint, TargetReport
@@ -95,12 +90,7 @@ def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
         if isinstance(each, TargetDetection):
             entry['found'], entry['log_likelihood_ratio'] = list(each.found), each.log_likelihood_ratio
             entry['points'] = [
-                {
-                    'name': name,
-                    'left': _rounded(pixels[:2]),
-                    'right': _rounded(pixels[2:]),
-                    'used': name in used,
-                }
+                {'name': name, 'left': _rounded(pixels[:2]), 'right': _rounded(pixels[2:]), 'used': name in used}
                 for name, pixels in zip(each.points.names, each.points.pixels, strict=True)
             ]
         else:
@@ -136,9 +126,7 @@ def _target(target: TargetSelection, report: TargetReport) -> dict[str, Any]:
     return {
         'name': target.name,
         'region': None if region is None else [region.left, region.top, region.right, region.bottom],
-        'primitives': [
-            _primitive(name, shape, report.measured[name]) for name, shape in target.primitives.items()
-        ],
+        'primitives': [_primitive(name, shape, report.measured[name]) for name, shape in target.primitives.items()],
         'points': _points(target, report),
         'expected': _expected(report.fix),
         'hints': hint_entries(report.hints),

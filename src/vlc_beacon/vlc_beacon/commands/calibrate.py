@@ -14,12 +14,7 @@ from shirube_core.command import run_command
 from shirube_core.files import write_text
 from shirube_ros.camera.files import load_image
 from shirube_ros.errors import CameraFileError
-from vlc_beacon.core.lamp_image.blooming import (
-    BloomingCalibration,
-    BloomingFit,
-    calibrate_blooming,
-    fit_blooming,
-)
+from vlc_beacon.core.lamp_image.blooming import BloomingCalibration, BloomingFit, calibrate_blooming, fit_blooming
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.vlc_beacon_error import LampImageError, VlcBeaconError
 
@@ -86,18 +81,8 @@ def make_parser() -> argparse.ArgumentParser:
         'blinking, with both halves, and be the brightest light; two or more distances give the standard deviation.',
     )
     add = parser.add_argument
-    add(
-        'image',
-        nargs='+',
-        metavar='IMAGE=METRES',
-        help='image and distance of the lamp along the optical axis',
-    )
-    add(
-        '--focal-length',
-        type=float,
-        required=True,
-        help='focal length of the camera [px], fx of its calibration',
-    )
+    add('image', nargs='+', metavar='IMAGE=METRES', help='image and distance of the lamp along the optical axis')
+    add('--focal-length', type=float, required=True, help='focal length of the camera [px], fx of its calibration')
     add('--lamp-radius', type=float, required=True, help='radius of the bright disc [m]')
     add('--out', type=Path, default=Path('out/blooming.yaml'), metavar='FILE', help='default: %(default)s')
     return parser

@@ -33,9 +33,7 @@ def encode(options: argparse.Namespace) -> None:
     # Counters from the clock need not be stored; see `files.counter_file`.
     counter = int(time.time()) if options.counter is None else options.counter
     if settings.code == TONE_NAME and options.messages != ['id']:
-        raise VlcBeaconError(
-            f'a tone carries the identity of the lamp only; leave out {" ".join(options.messages)}'
-        )
+        raise VlcBeaconError(f'a tone carries the identity of the lamp only; leave out {" ".join(options.messages)}')
     context = EncoderContext(options.beacon, key, counter, options.one_shot)
     packets = encode_messages(options.messages, context)
     program = encode_packets(packets, settings)
@@ -84,12 +82,7 @@ def make_parser() -> argparse.ArgumentParser:
     add('messages', nargs='*', default=['id'], metavar='MESSAGE',
         help='messages sent in turn (default: id): id, text:..., hex:..., stop, resume, slow:M_S, speed_up:M_S, '
         'turn:RAD (counterclockwise)')  # fmt: skip
-    add(
-        '--csv',
-        type=Path,
-        metavar='FILE',
-        help='write the waveform to this file: t [s], levels 0..1, one period',
-    )
+    add('--csv', type=Path, metavar='FILE', help='write the waveform to this file: t [s], levels 0..1, one period')
     add('--frame', type=Path, metavar='FILE', help='write the frame for firmware/led_beacon to this file')
     add('--port', type=Path, metavar='DEVICE', help='send the frame to the lamp on this serial port')
     add('--keep', action='store_true', help='store the frame in the EEPROM of the lamp')

@@ -107,9 +107,7 @@ class LampPort:
                     expected = f'expected led_beacon {PROTOCOL_VERSION}; flash firmware/led_beacon'
                     raise VlcBeaconError(f'the lamp replied {reply!r}, {expected}')
                 return
-        raise VlcBeaconError(
-            f'no lamp replies on {self._path}: check the wiring and flash firmware/led_beacon'
-        )
+        raise VlcBeaconError(f'no lamp replies on {self._path}: check the wiring and flash firmware/led_beacon')
 
     def _write(self, text: str) -> None:
         data = text.encode('ascii')

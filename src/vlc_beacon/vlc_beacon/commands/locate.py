@@ -88,17 +88,13 @@ def locate_bag(
 def create_receiver(options: argparse.Namespace) -> BeaconReceiver:
     """Return a new receiver for poses only; it has no key, so it rejects all commands."""
     node = NodeSettings(
-        beacons_file=str(options.beacons),
-        camera_xyz=tuple(options.camera_xyz),
-        camera_rpy=tuple(options.camera_rpy),
+        beacons_file=str(options.beacons), camera_xyz=tuple(options.camera_xyz), camera_rpy=tuple(options.camera_rpy)
     )
     light = ReceiverSettings(**{name: getattr(options, name) for name in _LIGHT_OPTIONS})
     check_settings(node)
     check_settings(light)
     beacons = beacons_from_settings(node)
-    return BeaconReceiver(
-        beacons, node.mount, authorizer_from_settings(node, AuthorizationSettings(), beacons), light
-    )
+    return BeaconReceiver(beacons, node.mount, authorizer_from_settings(node, AuthorizationSettings(), beacons), light)
 
 
 def make_parser() -> argparse.ArgumentParser:
@@ -112,12 +108,7 @@ def make_parser() -> argparse.ArgumentParser:
     add = parser.add_argument
     add('--beacons', type=Path, required=True, metavar='YAML', help='beacons file: lamps and their positions')
     add_single_camera_options(parser, 'optional odom and imu')
-    add(
-        '--rate',
-        type=float,
-        default=60.0,
-        help='frame rate of a folder of images [1/s] (default: %(default)s)',
-    )
+    add('--rate', type=float, default=60.0, help='frame rate of a folder of images [1/s] (default: %(default)s)')
     topics = ('topic', 'camera-info-topic', 'odom-topic', 'imu-topic')
     add_common_options(parser, topics, NodeSettings(), 'looking up')
     add_settings(parser, ReceiverSettings, _LIGHT_OPTIONS)

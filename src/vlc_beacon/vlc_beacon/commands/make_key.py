@@ -12,8 +12,7 @@ from vlc_beacon.files.key_file import make_key_file
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 when the file exists or cannot be written."""
     parser = argparse.ArgumentParser(
-        prog='make_key',
-        description='Create a secret key for commands in a file that only its owner can read.',
+        prog='make_key', description='Create a secret key for commands in a file that only its owner can read.'
     )
     parser.add_argument('key_file', type=Path, help='file to write; it must not exist')
     path = parser.parse_args(arguments).key_file
@@ -22,9 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except VlcBeaconError as error:
         print(f'make_key: {error}', file=sys.stderr)
         return 1
-    print(
-        f'{path}: new key created; copy it to the robot and run there: renew_counters COUNTER_FILE --floor 0'
-    )
+    print(f'{path}: new key created; copy it to the robot and run there: renew_counters COUNTER_FILE --floor 0')
     return 0
 
 

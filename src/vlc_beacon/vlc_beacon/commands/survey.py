@@ -67,9 +67,7 @@ def survey(options: argparse.Namespace) -> Mapping[int, SurveyedLamp | NotSurvey
         images = drive_images(bag, topics, mount, camera)
         for image in tqdm(images, total=total, unit='image', delay=1.0, disable=None):
             collector.add(image.stamp, image.pixels, image.position, image.rotation)
-    results = {
-        beacon: survey_lamp(bearings, options.tilt_sigma) for beacon, bearings in collector.bearings().items()
-    }
+    results = {beacon: survey_lamp(bearings, options.tilt_sigma) for beacon, bearings in collector.bearings().items()}
     for beacon, result in results.items():
         print(f'beacon {beacon:<5} {_describe(result)}')
     return results
@@ -91,9 +89,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add('bag', type=Path, help='rosbag2 with images, camera_info, poses and optionally an imu')
-    add(
-        '--lamp-radius', type=float, required=True, help='radius of the bright disc [m], for the beacons file'
-    )
+    add('--lamp-radius', type=float, required=True, help='radius of the bright disc [m], for the beacons file')
     add('--out', type=Path, default=Path('out/beacons.yaml'), metavar='FILE', help='default: %(default)s')
     add('--image-topic', default='/image_raw/compressed', metavar='TOPIC', help='default: %(default)s')
     add('--camera-info-topic', default='/camera_info', metavar='TOPIC', help='default: %(default)s')

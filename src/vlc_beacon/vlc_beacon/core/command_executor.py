@@ -15,9 +15,7 @@ from vlc_beacon.core.packet.command_packet import Operation
 class DriveSettings:
     """Motion parameters used when `drive` is true."""
 
-    cruise_speed: float = setting(
-        0.3, 'forward speed until a command changes it, and after resume', 'm/s', (0.0, 10.0)
-    )
+    cruise_speed: float = setting(0.3, 'forward speed until a command changes it, and after resume', 'm/s', (0.0, 10.0))
     acceleration: float = setting(0.5, 'maximum forward acceleration and deceleration', 'm/s^2', (0.01, 10.0))
     turn_rate_max: float = setting(1.0, 'maximum yaw rate', 'rad/s', (0.05, 10.0))
     turn_acceleration: float = setting(2.0, 'maximum yaw acceleration', 'rad/s^2', (0.05, 50.0))
@@ -25,9 +23,7 @@ class DriveSettings:
         math.radians(1.0), 'a turn is complete when the remaining angle is below this', 'rad', (0.001, 0.3)
     )
     line_distance: float = setting(0.5, 'lookahead distance along the reference line', 'm', (0.05, 10.0))
-    pose_timeout: float = setting(
-        0.5, 'maximum age of a pose; without a newer one the robot brakes', 's', (0.02, 10.0)
-    )
+    pose_timeout: float = setting(0.5, 'maximum age of a pose; without a newer one the robot brakes', 's', (0.02, 10.0))
 
 
 @dataclass(frozen=True)
@@ -194,9 +190,7 @@ class CommandExecutor:
         if last.forward > 0.0:
             return Velocity()
         fastest = math.sqrt(2.0 * _TURN_BRAKE_FACTOR * self._settings.turn_acceleration * abs(left))
-        return Velocity(
-            0.0, self._clamp_turn_rate(math.copysign(min(fastest, abs(left) / _STEERING_TIME), left))
-        )
+        return Velocity(0.0, self._clamp_turn_rate(math.copysign(min(fastest, abs(left) / _STEERING_TIME), left)))
 
     def _clamp_turn_rate(self, turn_rate: float) -> float:
         return max(-self._settings.turn_rate_max, min(turn_rate, self._settings.turn_rate_max))

@@ -60,13 +60,9 @@ class PoseSettings:
     beacon_sigma: float = setting(
         0.002, 'standard deviation of the lamp positions in the file along each axis', 'm', (0.0, 1.0)
     )
-    tilt_sigma: float = setting(
-        0.002, 'standard deviation of the known roll and pitch; 0 if exact', 'rad', (0.0, 0.2)
-    )
+    tilt_sigma: float = setting(0.002, 'standard deviation of the known roll and pitch; 0 if exact', 'rad', (0.0, 0.2))
     gate_sigmas: float = setting(
-        5.0,
-        'outlier gate: a lamp with a larger residual, in standard deviations, is rejected',
-        limits=(2.0, 20.0),
+        5.0, 'outlier gate: a lamp with a larger residual, in standard deviations, is rejected', limits=(2.0, 20.0)
     )
 
 
@@ -80,9 +76,7 @@ class OdometrySettings:
     too small, the covariance after a gap is too small.
     """
 
-    scale_error: float = setting(
-        0.02, 'bias of the driven distance and of yaw, as a fraction', limits=(0.0, 0.5)
-    )
+    scale_error: float = setting(0.02, 'bias of the driven distance and of yaw, as a fraction', limits=(0.0, 0.5))
     turn_error: float = setting(0.0035, 'bias of yaw per metre driven', 'rad/m', (0.0, 0.5))
     slip: float = setting(
         0.002,
@@ -118,10 +112,7 @@ class ReceiverSettings:
         'global', 'camera shutter: all rows exposed together or row by row', choices=('global', 'rolling')
     )
     row_time: float = setting(
-        18.9e-6,
-        'line time of a rolling shutter, from the start of a row to that of the next',
-        's',
-        (1e-6, 1e-3),
+        18.9e-6, 'line time of a rolling shutter, from the start of a row to that of the next', 's', (1e-6, 1e-3)
     )
     exposure_time: float = setting(0.0005, 'exposure of a row', 's', (1e-6, 0.03))
     lamp_frame_rate: float = setting(
@@ -142,8 +133,7 @@ class ReceiverSettings:
         choices=(CENTROID, RADIUS_INTERVAL, RADIUS_INTERVAL_PRINTED),
     )
     camera_height_known: bool = setting(
-        False,
-        'whether base_frame is on the floor z = 0 of the map, so that camera_xyz gives the height of the camera',
+        False, 'whether base_frame is on the floor z = 0 of the map, so that camera_xyz gives the height of the camera'
     )
     blooming: float = setting(
         0.0,
@@ -175,12 +165,8 @@ class AuthorizationSettings:
     zone_radius: float = setting(
         0.3, 'maximum horizontal distance to its beacon at which a command is accepted', 'm', (0.05, 50.0)
     )
-    position_age_max: float = setting(
-        1.0, 'maximum age of the position used to accept commands', 's', (0.01, 60.0)
-    )
-    bad_macs_max: int = setting(
-        5, 'number of wrong authentication codes that triggers the lockout', limits=(1, 1000)
-    )
+    position_age_max: float = setting(1.0, 'maximum age of the position used to accept commands', 's', (0.01, 60.0))
+    bad_macs_max: int = setting(5, 'number of wrong authentication codes that triggers the lockout', limits=(1, 1000))
     lockout_time: float = setting(
         60.0, 'time window of wrong authentication codes, and duration of the lockout', 's', (1.0, 86400.0)
     )

@@ -59,9 +59,7 @@ def save_beacons(path: Path, beacons: Sequence[Beacon]) -> None:
     write_text(path, yaml.safe_dump({'beacons': entries}, sort_keys=False, default_flow_style=None))
 
 
-def _check_fields(
-    where: str, content: dict[str, Any], needed: tuple[str, ...], allowed: tuple[str, ...]
-) -> None:
+def _check_fields(where: str, content: dict[str, Any], needed: tuple[str, ...], allowed: tuple[str, ...]) -> None:
     for name in content:
         if name not in allowed:
             close = get_close_matches(str(name), allowed, n=1)

@@ -33,9 +33,7 @@ AMBIGUITY_FRACTION = 0.8
 """A runner-up with at least this fraction of the best pose's matches makes the pose ambiguous."""
 # Margin on the scale tolerance for the error of the fitted scale.
 _SCALE_MARGIN = 1.3
-_POSE = np.dtype(
-    [('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)]
-)
+_POSE = np.dtype([('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)])
 # Places of the poses of a search.
 BEST, RUNNER_UP = 0, 1
 

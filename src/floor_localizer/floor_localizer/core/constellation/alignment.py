@@ -130,17 +130,12 @@ def _test_neighbours(
 
 
 @njit(cache=True)
-def _find_match(
-    grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, z: complex
-) -> tuple[int, float]:
+def _find_match(grid: DotGrid, view: ViewDots, sums: MatchSums, origin: complex, z: complex) -> tuple[int, float]:
     """Return the map dot nearest to the predicted position of a view dot, or -1, and the search radius [m]."""
     a, b, spread = fit_similarity(sums)
     offset = z - sums.z / sums.size
     squared = offset.real * offset.real + offset.imag * offset.imag
-    radius = (
-        GATE * view.sigma * math.sqrt(1.0 + 1.0 / sums.size + squared / spread)
-        + view.tilt_distortion * squared
-    )
+    radius = GATE * view.sigma * math.sqrt(1.0 + 1.0 / sums.size + squared / spread) + view.tilt_distortion * squared
     radius = min(radius, _MAX_RADIUS * grid.cell)
     position = a * z + b + origin
     return nearest_dot(grid, position.real, position.imag, radius)[0], radius

@@ -31,9 +31,7 @@ def distance(points: Floats, i: int, j: int) -> float:
 
 
 @njit(cache=True)
-def dots_in_lune(
-    points: Floats, first: int, second: int, neighbours: Ints, longest: float, lune: Ints
-) -> int:
+def dots_in_lune(points: Floats, first: int, second: int, neighbours: Ints, longest: float, lune: Ints) -> int:
     """Write the dots within ``longest`` [m] of both ends of a baseline to ``lune``, and return their number.
 
     The candidates, ``neighbours``, are sorted by distance from the first end; dots beyond the size of ``lune`` are left
@@ -107,9 +105,7 @@ class ViewBaselines(NamedTuple):
 def list_baselines(view: ViewDots, min_length: float, max_length: float) -> ViewBaselines:
     """List the baselines of a view with a length in a range [m] and enough dots for a constellation."""
     n, m = view.neighbours.shape
-    baselines = ViewBaselines(
-        np.empty((n * m, 2), dtype=np.int64), np.empty(n * m), np.empty(n * m, dtype=np.int64)
-    )
+    baselines = ViewBaselines(np.empty((n * m, 2), dtype=np.int64), np.empty(n * m), np.empty(n * m, dtype=np.int64))
     lune = np.empty(VIEW_LUNE_DOTS_MAX + 1, dtype=np.int64)
     count = 0
     for first in range(n):
@@ -119,9 +115,7 @@ def list_baselines(view: ViewDots, min_length: float, max_length: float) -> View
                 break
             if first > second or length < min_length:
                 continue
-            inside = dots_in_lune(
-                view.points, first, second, view.neighbours[first], length + 2.0 * view.sigma, lune
-            )
+            inside = dots_in_lune(view.points, first, second, view.neighbours[first], length + 2.0 * view.sigma, lune)
             if INNER_DOTS <= inside <= VIEW_LUNE_DOTS_MAX:
                 baselines.ends[count, 0], baselines.ends[count, 1] = first, second
                 baselines.lengths[count] = length

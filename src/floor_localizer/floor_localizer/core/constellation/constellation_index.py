@@ -119,9 +119,7 @@ def list_constellations(
         buckets, shape (M,), and entries, shape (M,), of the constellations.
     """
     near = _allocate_neighbourhood()
-    buffers = _KeyBuffers(
-        np.empty((INNER_DOTS, 2)), np.empty(KEY_SIZE, dtype=np.int64), np.empty(2, dtype=np.int64)
-    )
+    buffers = _KeyBuffers(np.empty((INNER_DOTS, 2)), np.empty(KEY_SIZE, dtype=np.int64), np.empty(2, dtype=np.int64))
     lune = np.empty(INDEX_LUNE_DOTS_MAX, dtype=np.int64)
     quadruples = np.empty((MAX_QUADRUPLES, INNER_DOTS), dtype=np.int64)
     buckets = np.empty(_INITIAL_CAPACITY * (end - begin) + MAX_QUADRUPLES, dtype=np.uint32)
@@ -140,12 +138,8 @@ def list_constellations(
             if total + found > len(buckets):
                 buckets = np.concatenate((buckets, np.empty_like(buckets)))
                 entries = np.concatenate((entries, np.empty_like(entries)))
-            chosen = (
-                quadruples[: found : rules.stride] if inside == INDEX_LUNE_DOTS_MAX else quadruples[:found]
-            )
-            total = _add_entries(
-                grid, near, second, chosen, index_offset, rules, buffers, buckets, entries, total
-            )
+            chosen = quadruples[: found : rules.stride] if inside == INDEX_LUNE_DOTS_MAX else quadruples[:found]
+            total = _add_entries(grid, near, second, chosen, index_offset, rules, buffers, buckets, entries, total)
     return buckets[:total].copy(), entries[:total].copy()
 
 
@@ -188,9 +182,7 @@ def _add_entries(
             recoverable[swapped] = _RECOVERABLE if other_end == ends[1 - swapped] else _UNRECOVERABLE
         if recoverable[swapped] == _RECOVERABLE:
             buckets[total] = bucket_of_hash(hash_cell(steps), rules.buckets)
-            entries[total] = pack_entry(
-                pack_subcell(steps), packed_baselines[swapped], ends[swapped] + index_offset
-            )
+            entries[total] = pack_entry(pack_subcell(steps), packed_baselines[swapped], ends[swapped] + index_offset)
             total += 1
     return total
 

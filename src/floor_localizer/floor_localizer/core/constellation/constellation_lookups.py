@@ -129,9 +129,7 @@ def add_constellation(
             swapped = probability * _logistic(-(permuted_xy[k + 1, 0] - permuted_xy[k, 0]) / (1.41 * noise))
             if swapped >= probability_range.minimum:
                 _swap(permuted_seeds, permuted_xy, k)
-                _add_permutation(
-                    index, lookups, permuted_seeds, permuted_xy, noise, swapped, probability_range
-                )
+                _add_permutation(index, lookups, permuted_seeds, permuted_xy, noise, swapped, probability_range)
                 _swap(permuted_seeds, permuted_xy, k)
 
 

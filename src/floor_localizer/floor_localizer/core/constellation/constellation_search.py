@@ -104,17 +104,10 @@ def rounds_for_index(keys: int) -> Floats:
 
 @njit(cache=True)
 def run_search_rounds(
-    grid: DotGrid,
-    index: ConstellationIndex,
-    view: ViewDots,
-    search: SearchState,
-    rounds: Floats,
-    max_cells: int,
+    grid: DotGrid, index: ConstellationIndex, view: ViewDots, search: SearchState, rounds: Floats, max_cells: int
 ) -> bool:
     """Look up the view's constellations in the rounds of `rounds_for_index`; else as `search_constellations`."""
-    baselines = list_baselines(
-        view, view.sigma / _RELATIVE_NOISE_MAX, index.longest * (1.0 + view.scale_tolerance)
-    )
+    baselines = list_baselines(view, view.sigma / _RELATIVE_NOISE_MAX, index.longest * (1.0 + view.scale_tolerance))
     lookups = allocate_lookups()
     for minimum, maximum, misfit_from, misfit_below in rounds:
         current_round = SearchRound(ProbabilityRange(minimum, maximum), misfit_from, misfit_below)
@@ -138,9 +131,7 @@ def _search_round(
 ) -> bool:
     """Open the cells of one round for all constellations."""
     probability_range = current_round.cells
-    lune = np.empty(
-        int(np.max(baselines.lune_counts)) if len(baselines.lune_counts) > 0 else 1, dtype=np.int64
-    )
+    lune = np.empty(int(np.max(baselines.lune_counts)) if len(baselines.lune_counts) > 0 else 1, dtype=np.int64)
     quadruples = np.empty((MAX_QUADRUPLES, INNER_DOTS), dtype=np.int64)
     seeds = np.empty(2 + INNER_DOTS, dtype=np.int64)
     xy = np.empty((INNER_DOTS, 2))
@@ -165,9 +156,7 @@ def _search_round(
                 seeds,
                 xy,
                 noise,
-                ProbabilityRange(
-                    probability_range.minimum / completeness, probability_range.maximum / completeness
-                ),
+                ProbabilityRange(probability_range.minimum / completeness, probability_range.maximum / completeness),
             )
             if is_full(lookups):
                 if _look_up(grid, index, view, search, lookups, current_round):
@@ -242,9 +231,7 @@ def _try_entries(
             second = second_dot_of_entry(grid, entry, first, index.longest)
             if second < 0:
                 continue
-            is_supported, a, b = verify_hypothesis(
-                grid, view, lookups.seeds[lookups.owners[c]], first, second
-            )
+            is_supported, a, b = verify_hypothesis(grid, view, lookups.seeds[lookups.owners[c]], first, second)
             if is_supported and score_hypothesis(grid, view, search, a, b) and known_entry < 0:
                 return c, place
     return -1, -1

@@ -110,9 +110,7 @@ def typical_spacing(points: Floats) -> float:
     )
 
 
-def spacing_from_counts(
-    lower: Floats, upper: Floats, dots: int, count_occupied: Callable[[float], int]
-) -> float:
+def spacing_from_counts(lower: Floats, upper: Floats, dots: int, count_occupied: Callable[[float], int]) -> float:
     """Return the `typical_spacing` of dots with a bounding box [m] from counts of occupied squares [m].
 
     ``count_occupied`` returns the number of occupied squares of a side length [m], counted from the lower corner.

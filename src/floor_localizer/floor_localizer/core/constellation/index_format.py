@@ -134,9 +134,7 @@ def index_rules(dots: int, cell: float) -> IndexRules:
         FloorLocalizerError: there are more dots than an entry can address.
     """
     if dots > DOTS_MAX:
-        raise FloorLocalizerError(
-            f'{dots} dots are too many for one map, {DOTS_MAX} fit; split it into several'
-        )
+        raise FloorLocalizerError(f'{dots} dots are too many for one map, {DOTS_MAX} fit; split it into several')
     budget = _LARGE if dots > LARGE_MAP else _SMALL
     keys = int(budget.keys_per_dot * dots)
     buckets = max(math.ceil(keys / budget.keys_per_bucket), 1)

@@ -8,10 +8,7 @@ import numpy as np
 from numba import njit
 
 from floor_localizer.core.arrays import Pixels
-from floor_localizer.core.constellation.constellation_index import (
-    ConstellationIndex,
-    build_constellation_index,
-)
+from floor_localizer.core.constellation.constellation_index import ConstellationIndex, build_constellation_index
 from floor_localizer.core.constellation.dot_grid import DotGrid, build_dot_grid, pair_density
 from floor_localizer.core.constellation.index_format import LARGE_MAP
 from floor_localizer.core.dots import DotMap, Level

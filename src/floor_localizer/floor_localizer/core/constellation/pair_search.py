@@ -83,10 +83,7 @@ def _match_pair_to_map(
         first_row, last_row = max(row - cell_radius, 0), min(row + cell_radius, grid.rows - 1)
         for column in range(grid.columns):
             cell = row * grid.columns + column
-            first_column, last_column = (
-                max(column - cell_radius, 0),
-                min(column + cell_radius, grid.columns - 1),
-            )
+            first_column, last_column = (max(column - cell_radius, 0), min(column + cell_radius, grid.columns - 1))
             for a in range(np.int64(grid.starts[cell]), np.int64(grid.starts[cell + 1])):
                 x, y = grid.points[a, 0], grid.points[a, 1]
                 for other_row in range(first_row, last_row + 1):
@@ -148,9 +145,7 @@ def search_near(
     starts, ends = np.empty(_MAX_CANDIDATES, np.int64), np.empty(_MAX_CANDIDATES, np.int64)
     seeds = np.empty(2, np.int64)
     position_tolerance = GATE * view.sigma
-    for first, second in choose_pairs(view, _SHORTEST_NEAR * grid.cell, _LONGEST_NEAR * grid.cell)[
-        :max_pairs
-    ]:
+    for first, second in choose_pairs(view, _SHORTEST_NEAR * grid.cell, _LONGEST_NEAR * grid.cell)[:max_pairs]:
         seeds[0], seeds[1] = first, second
         length = distance(view.points, first, second)
         length_tolerance = view.scale_tolerance * length + math.sqrt(2.0) * position_tolerance
@@ -179,13 +174,7 @@ def search_near(
 
 @njit(cache=True)
 def _is_expected(
-    view: ViewDots,
-    a: complex,
-    b: complex,
-    found_a: complex,
-    found_b: complex,
-    radius: float,
-    yaw_tolerance: float,
+    view: ViewDots, a: complex, b: complex, found_a: complex, found_b: complex, radius: float, yaw_tolerance: float
 ) -> bool:
     """Return whether a similarity is within the prior's tolerances, with a margin for its own error."""
     rotation_error = found_a * np.conj(a)

@@ -187,9 +187,7 @@ def smooth_background(image: Pixels, polarity: str, largest_diameter: float) -> 
 def _smooth_plateaus(floor: Float32s, window: int) -> Float32s:
     # Two box filters approximate a Gaussian in constant time.
     smooth = cv2.blur(cv2.blur(floor, (window, window)), (window, window)).reshape(floor.shape)
-    return np.asarray(
-        np.where(np.abs(smooth - floor) <= _PLATEAU_EDGE * floor, smooth, floor), dtype=np.float32
-    )
+    return np.asarray(np.where(np.abs(smooth - floor) <= _PLATEAU_EDGE * floor, smooth, floor), dtype=np.float32)
 
 
 def upsample(background: Float32s, width: int, height: int) -> Float32s:
@@ -212,9 +210,7 @@ def _remove_dots(image: Pixels, polarity: str, window: int) -> Pixels:
     return np.asarray(filtered, dtype=np.uint8).reshape(image.shape)
 
 
-def contrast_threshold(
-    image: Pixels, background: Float32s, polarity: str, settings: DotDetectorSettings
-) -> Float32s:
+def contrast_threshold(image: Pixels, background: Float32s, polarity: str, settings: DotDetectorSettings) -> Float32s:
     """Return the minimum contrast of a dot's pixels, for tiles of a slightly smoothed image, shape (rows, columns).
 
     It is above the noise and texture of the local floor, and a fraction of the typical contrast of dots, so that the
@@ -228,13 +224,9 @@ def contrast_threshold(
     sampled_background = upsample(background, samples.shape[1], samples.shape[0])
     contrast = relative_contrast(samples, sampled_background, SIGNS[polarity])
     rows, columns = max(1, round(height / tile)), max(1, round(width / tile))
-    floor = _floor_thresholds(
-        contrast, 1.0 / sampled_background.mean(axis=2), rows, columns, settings.noise_sigmas
-    )
+    floor = _floor_thresholds(contrast, 1.0 / sampled_background.mean(axis=2), rows, columns, settings.noise_sigmas)
     np.maximum(floor, _SMALLEST_CONTRAST, out=floor)
-    dot_contrasts = contrast[
-        contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    ]
+    dot_contrasts = contrast[contrast > cv2.resize(floor, contrast.shape[::-1], interpolation=cv2.INTER_LINEAR)]
     typical = _typical_contrast(dot_contrasts) if len(dot_contrasts) else 0.0
     return np.asarray(np.maximum(floor, settings.minimum_relative_contrast * typical), dtype=np.float32)
 
@@ -256,9 +248,7 @@ def binarise(image: Pixels, background: Float32s, polarity: str, threshold: Floa
     sign = SIGNS[polarity]
     if sign == 0.0:
         fine = cv2.resize(threshold, (width, height), interpolation=cv2.INTER_LINEAR)
-        return np.asarray(
-            relative_contrast(image, upsample(background, width, height), sign) > fine, dtype=np.uint8
-        )
+        return np.asarray(relative_contrast(image, upsample(background, width, height), sign) > fine, dtype=np.uint8)
     # Comparing grey levels is much faster than computing the contrast of each pixel.
     floor = background[..., 0]
     coarse = cv2.resize(threshold, floor.shape[::-1], interpolation=cv2.INTER_LINEAR)
@@ -269,9 +259,7 @@ def binarise(image: Pixels, background: Float32s, polarity: str, threshold: Floa
 
 
 @njit(cache=True, error_model='numpy')
-def _floor_thresholds(
-    contrast: Float32s, rounding: Float32s, rows: int, columns: int, sigmas: float
-) -> Float32s:
+def _floor_thresholds(contrast: Float32s, rounding: Float32s, rows: int, columns: int, sigmas: float) -> Float32s:
     # The bare floor's contrast plus a number of standard deviations, for each of rows x columns tiles.
     height, width = contrast.shape
     thresholds = np.empty((rows, columns), np.float32)

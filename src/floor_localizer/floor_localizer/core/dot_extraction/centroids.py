@@ -133,9 +133,7 @@ def _measure(
         # Photon noise is proportional to the square root of the luminance, and the edge is half floor, half dot.
         brightness = 1.0 + 0.5 * contrast * np.mean(direction)
         row[_NOISE] *= (
-            deviation
-            / contrast
-            * np.sqrt(1.0 - _PHOTON_NOISE_FRACTION + _PHOTON_NOISE_FRACTION * max(0.0, brightness))
+            deviation / contrast * np.sqrt(1.0 - _PHOTON_NOISE_FRACTION + _PHOTON_NOISE_FRACTION * max(0.0, brightness))
         )
         row[_STEP] = _luminance_step(background, indices[:inside], direction)
         row[_CLIPPED] = _clipped_fraction(image, background, indices)

@@ -49,9 +49,7 @@ _MERGED_ELONGATION = 1.2
 _MERGED_SIGMA = 0.17
 
 
-def typical_diameter(
-    areas: Floats, smallest: float, largest: float, contrasts: Floats | float = 1.0
-) -> float:
+def typical_diameter(areas: Floats, smallest: float, largest: float, contrasts: Floats | float = 1.0) -> float:
     """Return the area-weighted median diameter of the blobs of a dot's size (smallest to largest diameter) [px].
 
     It is robust to specks, which are many but small, and to wet spots, which are large but have little contrast: the
@@ -217,11 +215,8 @@ def check_image(image: Pixels) -> None:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
         raise DotImageError(f'the image holds {kind}, it must be an array of uint8 (mono8 or bgr8)')
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
-        raise DotImageError(
-            f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)'
-        )
+        raise DotImageError(f'the image has the shape {image.shape}, it must be (h, w) or (h, w, 3) (mono8 or bgr8)')
     if min(image.shape[:2]) < SMALLEST_SIDE:
         raise DotImageError(
-            f'the image is {image.shape[1]} x {image.shape[0]} px, '
-            f'each side must be at least {SMALLEST_SIDE} px'
+            f'the image is {image.shape[1]} x {image.shape[0]} px, each side must be at least {SMALLEST_SIDE} px'
         )

@@ -64,9 +64,7 @@ def _squared_distances(raster: Pixels) -> NDArray[np.int32]:
 
 
 @njit(cache=True, error_model='numpy')
-def _flood(
-    distances: NDArray[np.int32], largest_waist: float, smallest_radius: float
-) -> tuple[NDArray[np.int32], int]:
+def _flood(distances: NDArray[np.int32], largest_waist: float, smallest_radius: float) -> tuple[NDArray[np.int32], int]:
     # All lengths are squared.
     height, width = distances.shape
     flat = distances.ravel()

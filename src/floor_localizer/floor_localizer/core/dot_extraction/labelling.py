@@ -184,10 +184,7 @@ def _outline(labels: Labels, boxes: Boxes) -> Ints:
         for v in range(top, min(bottom, height - 1)):
             for u in range(left, min(right, width - 1)):
                 if labels[v, u] == i + 1 and (
-                    labels[v, u - 1] == 0
-                    or labels[v, u + 1] == 0
-                    or labels[v - 1, u] == 0
-                    or labels[v + 1, u] == 0
+                    labels[v, u - 1] == 0 or labels[v, u + 1] == 0 or labels[v - 1, u] == 0 or labels[v + 1, u] == 0
                 ):
                     outline[count] = v * width + u
                     count += 1

@@ -183,9 +183,7 @@ def _interpolate(values: Float32s, y: float, x: float) -> float:
 
 
 @njit(cache=True, error_model='numpy')
-def _relabel(
-    labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int
-) -> NDArray[np.int32]:
+def _relabel(labels: Labels, label: int, basins: NDArray[np.int32], scale: int, count: int) -> NDArray[np.int32]:
     # The first part keeps the blob's label; the others get new labels. Pixels adjacent to a part are its soft edge and
     # become floor; pixels farther away belong to no dot.
     height, width = labels.shape

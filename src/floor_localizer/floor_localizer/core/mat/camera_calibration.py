@@ -41,9 +41,7 @@ def match_mat(
     15 degrees of the initial mount.
     """
     matcher = DotMatcher(mat.points)
-    height = (
-        float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
-    )
+    height = float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
     rays = camera.rays_from_pixels(dots.pixels)
     valid = np.flatnonzero(np.isfinite(rays).all(axis=1))  # others are beyond the range of the lens model
     rays = rays[valid]
@@ -124,9 +122,7 @@ def calibrate(
             f'the {len(dots)} dots of the image do not match the mat; give the map with the seed printed on the page, '
             'and --camera-rpy if the camera is tilted by more than 15 degrees'
         )
-    fit = fit_mount(
-        dots, mat, matches, camera, fit_focal_length=not focal_length_known, known_height=known_height
-    )
+    fit = fit_mount(dots, mat, matches, camera, fit_focal_length=not focal_length_known, known_height=known_height)
     return _check_accuracy(_calibration(fit, initial_mount, T_mat_base), dots)
 
 

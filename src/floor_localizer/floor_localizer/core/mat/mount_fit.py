@@ -126,9 +126,7 @@ def _initial_guess(camera: PinholeCamera, pixels: Floats, points: Floats) -> tup
     for (u, v, _), (x, y) in zip(rays, points - centroid, strict=True):
         rows += [[x, y, 1, 0, 0, 0, -u * x, -u * y, -u], [0, 0, 0, x, y, 1, -v * x, -v * y, -v]]
     columns = np.linalg.svd(np.array(rows))[2][-1].reshape(3, 3)
-    columns *= np.sign(columns[2, 2]) / math.sqrt(
-        np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1])
-    )
+    columns *= np.sign(columns[2, 2]) / math.sqrt(np.linalg.norm(columns[:, 0]) * np.linalg.norm(columns[:, 1]))
     raw = np.column_stack([columns[:, 0], columns[:, 1], np.cross(columns[:, 0], columns[:, 1])])
     u, _, v = np.linalg.svd(raw)
     R_camera_mat = u @ v

@@ -11,13 +11,7 @@ from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.mat.random_mat import MatSettings
 from shirube_core.settings import setting
 
-PAPERS = {
-    'A4': (0.210, 0.297),
-    'A3': (0.297, 0.420),
-    'A2': (0.420, 0.594),
-    'A1': (0.594, 0.841),
-    'A0': (0.841, 1.189),
-}
+PAPERS = {'A4': (0.210, 0.297), 'A3': (0.297, 0.420), 'A2': (0.420, 0.594), 'A1': (0.594, 0.841), 'A0': (0.841, 1.189)}
 """Width and height of pages in portrait format (ISO 216) [m]."""
 
 ROLL = 'roll'

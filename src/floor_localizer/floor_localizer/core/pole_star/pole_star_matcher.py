@@ -7,12 +7,7 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.arrays import Booleans, Floats
 from floor_localizer.core.pole_star.candidate_regions import candidate_regions, farthest_distances
-from floor_localizer.core.pole_star.congruence import (
-    agreement_matrix,
-    fit_pose,
-    mutual_distances,
-    prune_to_congruent,
-)
+from floor_localizer.core.pole_star.congruence import agreement_matrix, fit_pose, mutual_distances, prune_to_congruent
 from floor_localizer.core.pole_star.signature import (
     SignatureTable,
     build_signature_table,
@@ -132,11 +127,7 @@ class PoleStarMatcher:
 
         # 2.3.1: regions where the squares around the candidates overlap.
         regions = candidate_regions(
-            image_dots,
-            self._map_points[map_dots],
-            radii[image_dots],
-            settings.grid_pitch,
-            settings.overlap_min,
+            image_dots, self._map_points[map_dots], radii[image_dots], settings.grid_pitch, settings.overlap_min
         )
 
         # 2.3.2 and 2.3.3: the congruent pairs of each region, their pose and its match rate.

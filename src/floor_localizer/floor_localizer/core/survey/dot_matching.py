@@ -65,9 +65,7 @@ class DotMatch:
     @property
     def pose(self) -> SE2:
         """Pose of the source frame in the target frame, without the scale."""
-        return SE2(
-            self.translation.real, self.translation.imag, math.atan2(self.rotation.imag, self.rotation.real)
-        )
+        return SE2(self.translation.real, self.translation.imag, math.atan2(self.rotation.imag, self.rotation.real))
 
 
 class DotMatcher:

@@ -77,9 +77,7 @@ def survey_floor(
     """
     checkpoint = NoCheckpoint()
     connected = connect_images(images, submaps, settings, store, existing, checkpoint)
-    return adjust_survey(
-        images, connected, outline, position, settings, store, existing, InProcessRunner(), checkpoint
-    )
+    return adjust_survey(images, connected, outline, position, settings, store, existing, InProcessRunner(), checkpoint)
 
 
 def adjust_survey(
@@ -137,9 +135,7 @@ class _CheckpointedAdjustment:
     checkpoint: StepCheckpoint
     progress: Callable[[int], None]
 
-    def __call__(
-        self, step: int, blocks: ObservationBlocks, states: Floats, priors: SuspensionPriors
-    ) -> Floats:
+    def __call__(self, step: int, blocks: ObservationBlocks, states: Floats, priors: SuspensionPriors) -> Floats:
         adjusted = self.saved_states(step)
         if adjusted is None:
             adjusted = bundle_adjust_blocks(blocks, states, priors, self.runner)

@@ -34,9 +34,7 @@ def select_keyframes(poses: Sequence[SE2], view_width: float, settings: SurveySe
     return chosen
 
 
-def split_into_submaps(
-    poses: Sequence[SE2], view_width: float, settings: SurveySettings
-) -> list[tuple[int, int]]:
+def split_into_submaps(poses: Sequence[SE2], view_width: float, settings: SurveySettings) -> list[tuple[int, int]]:
     """Return first and last image of each submap; consecutive submaps share an image."""
     cuts, distance = [0], 0.0
     for index in range(1, len(poses)):
@@ -93,9 +91,7 @@ def build_submap(
     states[:, :3] = [(pose.x, pose.y, pose.yaw) for pose in poses]
     chosen = [images[index] for index in numbers.tolist()]
     if len(poses) == 1:
-        return Submap(
-            numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_continuation
-        )
+        return Submap(numbers, states, chosen[0].points, np.ones(len(chosen[0]), dtype=np.int64), is_continuation)
     priors = SuspensionPriors(position, settings.scale_sigma, settings.tilt_sigma)
     observations = collect_observations(chosen, np.arange(len(chosen)), settings.dot_sigma)
     for merge_distance in (_FIRST_MERGE_FACTOR * settings.merge_distance, settings.merge_distance):
@@ -103,20 +99,13 @@ def build_submap(
             project_observations(observations, states, position).points, observations.image, merge_distance
         )
         counts = np.bincount(dot)
-        adjusted = bundle_adjust(
-            replace(observations, dot=dot), states, np.full((len(counts), 2), np.nan), priors
-        )
+        adjusted = bundle_adjust(replace(observations, dot=dot), states, np.full((len(counts), 2), np.nan), priors)
         states = adjusted.states
     return Submap(numbers, states, adjusted.dots, counts, is_continuation)
 
 
 def _register_image(
-    images: Sequence[SurveyImage],
-    first: int,
-    index: int,
-    poses: Sequence[SE2],
-    height: float,
-    settings: SurveySettings,
+    images: Sequence[SurveyImage], first: int, index: int, poses: Sequence[SE2], height: float, settings: SurveySettings
 ) -> SE2 | None:
     """Register an image to one of the previous images; return its pose, None if it matches none."""
     image = images[index]
@@ -139,11 +128,7 @@ def match_images(
     radius = settings.odometry_position_tolerance + settings.odometry_error * distance
     yaw_tolerance = settings.odometry_yaw_tolerance + settings.odometry_error * (distance + abs(expected.yaw))
     # Only dots in the possible overlap of both images can match.
-    spacing = (
-        3.0 * float(np.sqrt(np.prod(np.ptp(target.points, axis=0)) / max(len(target), 1)))
-        if len(target)
-        else 0.0
-    )
+    spacing = 3.0 * float(np.sqrt(np.prod(np.ptp(target.points, axis=0)) / max(len(target), 1))) if len(target) else 0.0
     source_points = points_near(source.points, target.points, expected, spacing + radius)
     sigma = float(np.hypot(np.median(source.sigmas), settings.dot_sigma)) * 2.0 if len(source) else 1e-4
     tolerances = MatchTolerances(

@@ -94,14 +94,7 @@ def plan_build(
     """
     blocks = math.ceil(frame.rows / max(math.ceil(dots / stripe_dots), 1) / BLOCK_ROWS)
     return BuildPlan(
-        folder,
-        chunks,
-        offsets,
-        frame,
-        index_rules(dots, frame.cell),
-        dots,
-        with_diameters,
-        blocks * BLOCK_ROWS,
+        folder, chunks, offsets, frame, index_rules(dots, frame.cell), dots, with_diameters, blocks * BLOCK_ROWS
     )
 
 

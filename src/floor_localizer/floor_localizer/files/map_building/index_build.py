@@ -61,9 +61,7 @@ DEFAULT_SIZES = PartSizes()
 class IndexBuild:
     """A build; ``run`` starts or resumes it."""
 
-    def __init__(
-        self, sources: Sequence[Path], out: Path, runner: TaskRunner, sizes: PartSizes | None = None
-    ) -> None:
+    def __init__(self, sources: Sequence[Path], out: Path, runner: TaskRunner, sizes: PartSizes | None = None) -> None:
         """Prepare a build.
 
         Args:
@@ -116,9 +114,7 @@ class IndexBuild:
 
     def _run_stage(self, stage: str, function: Task, tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
         """Run the unfinished tasks of a stage; return the results of all its tasks."""
-        missing = [
-            task for number, task in enumerate(tasks) if self._parts.load_result(stage, number) is None
-        ]
+        missing = [task for number, task in enumerate(tasks) if self._parts.load_result(stage, number) is None]
         with tqdm(total=len(tasks), initial=len(tasks) - len(missing), desc=stage, disable=None) as bar:
             for _ in self._runner.run(function, missing):
                 bar.update()
@@ -147,9 +143,7 @@ class IndexBuild:
         dots = sum(chunk['dots'] for chunk in results)
         diameters = [chunk['diameter'] for chunk in results if chunk['diameter'] is not None]
         check_units(
-            float(np.median(diameters)) if diameters else 0.0,
-            known['spacing'],
-            ', '.join(map(str, self._sources)),
+            float(np.median(diameters)) if diameters else 0.0, known['spacing'], ', '.join(map(str, self._sources))
         )
         return plan_build(
             self._folder,
@@ -161,9 +155,7 @@ class IndexBuild:
             stripe_dots=self._sizes.stripe_dots,
         )
 
-    def _measure_spacing(
-        self, results: Sequence[Any], offsets: Sequence[tuple[float, float]]
-    ) -> dict[str, Any]:
+    def _measure_spacing(self, results: Sequence[Any], offsets: Sequence[tuple[float, float]]) -> dict[str, Any]:
         """Return the bounding box of the map and the spacing of its dots."""
 
         def all_points() -> Iterable[Floats]:
@@ -176,9 +168,7 @@ class IndexBuild:
         dots = sum(chunk['dots'] for chunk in results)
 
         def occupied(side: float) -> int:
-            return _count_occupied(
-                (square_indices(p, lower, upper, side) for p in all_points()), lower, upper, side
-            )
+            return _count_occupied((square_indices(p, lower, upper, side) for p in all_points()), lower, upper, side)
 
         return {
             'lower': lower.tolist(),
@@ -219,11 +209,7 @@ class IndexBuild:
         self._write_header(plan, places, density, levels)
 
     def _write_header(
-        self,
-        plan: BuildPlan,
-        places: dict[str, binary_format.ArrayLocation],
-        density: float,
-        levels: Sequence[Level],
+        self, plan: BuildPlan, places: dict[str, binary_format.ArrayLocation], density: float, levels: Sequence[Level]
     ) -> None:
         """Write the parts that depend on the whole map: address matrix and header."""
         path = self._parts.map_file
@@ -233,9 +219,7 @@ class IndexBuild:
         arrays = {name: binary_format.view_array(content, place) for name, place in places.items()}
         grid = DotGrid(arrays['grid.points'], arrays['grid.starts'], *plan.frame)
         addresses = build_map_occupancy(grid)
-        index = ConstellationIndex(
-            arrays['index.entries'], arrays['index.starts'], plan.rules.step, plan.rules.longest
-        )
+        index = ConstellationIndex(arrays['index.entries'], arrays['index.starts'], plan.rules.step, plan.rules.longest)
         binary_map = binary_format.BinaryMap(
             IndexedMap(grid, index, addresses, density, tuple(levels)), arrays['diameters']
         )

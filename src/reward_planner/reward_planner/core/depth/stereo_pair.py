@@ -68,9 +68,7 @@ def pair_from_projections(P_left: ArrayLike, P_other: ArrayLike) -> StereoPair:
             'P[0, 3] and P[1, 3] of both cameras are equal, there is no baseline; calibrate the pair'
         )
     if abs(offset_along_axes[1 - axis]) > _TOLERANCE * abs(offset_along_axes[axis]):
-        raise RewardPlannerError(
-            'the cameras are neither a horizontal nor a vertical pair; rectify them as pairs'
-        )
+        raise RewardPlannerError('the cameras are neither a horizontal nor a vertical pair; rectify them as pairs')
     across = abs(left[1 - axis, 2] - other[1 - axis, 2])
     focal = np.abs(left[:2, :2] - other[:2, :2]).max()
     if max(across, focal) > _TOLERANCE:

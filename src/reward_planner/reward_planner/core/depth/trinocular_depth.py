@@ -56,9 +56,7 @@ class TrinocularDepth:
         self._matchers = (PairMatcher(first, settings), PairMatcher(second, settings))
         self._settings = settings
 
-    def compute(
-        self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
-    ) -> DepthImage:
+    def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]) -> DepthImage:
         """Return the fused depth of both pairs, from rectified grey images of the same shape (height, width).
 
         Raises:
@@ -77,11 +75,7 @@ def depth_from_disparity(disparity: NDArray[np.float32], pair: StereoPair) -> ND
 
 @njit(cache=True)
 def fuse_disparities(
-    first: NDArray[np.float32],
-    second: NDArray[np.float32],
-    scales: tuple[float, float],
-    agreement: float,
-    union: bool,
+    first: NDArray[np.float32], second: NDArray[np.float32], scales: tuple[float, float], agreement: float, union: bool
 ) -> tuple[NDArray[np.float32], NDArray[np.uint8]]:
     """Return depth and source of each pixel from the disparities of both pairs [px], NaN for none.
 
@@ -134,9 +128,7 @@ class TrinocularRig:
         self._is_confirmed: bool | None = None  # by the latest frame with enough common pixels
         self._sides = [TrinocularDepth(horizontal, side, settings) for side in (vertical, vertical.mirror())]
 
-    def compute(
-        self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]
-    ) -> DepthImage:
+    def compute(self, left: NDArray[np.uint8], right: NDArray[np.uint8], top: NDArray[np.uint8]) -> DepthImage:
         """Return the depth; arguments as for `TrinocularDepth.compute`.
 
         Raises:

@@ -84,9 +84,7 @@ class DriveController:
         self._path: NDArray[np.float64] | None = None
         self._arrival, self._is_goal_reached = GoalArrival(), False
 
-    def apply_settings(
-        self, planner: PlannerSettings, reward: RewardSettings, driving: DrivingSettings
-    ) -> None:
+    def apply_settings(self, planner: PlannerSettings, reward: RewardSettings, driving: DrivingSettings) -> None:
         """Use other settings, but for ``look_around``; the route to the goal is planned again."""
         self._planner, self._reward, self._settings = planner, reward, driving
         self._smoother.settings = driving
@@ -256,9 +254,7 @@ class DriveController:
         state, detail = self._policy.describe(self._smoother.velocity)
         return DriveCommand(state, detail, target, (float(x), float(y)))
 
-    def _act_without_route(
-        self, now: float, robot: SE2, planning: RoutePlanning, known: GlobalMap
-    ) -> DriveCommand:
+    def _act_without_route(self, now: float, robot: SE2, planning: RoutePlanning, known: GlobalMap) -> DriveCommand:
         """Return what to do without a route: wait for it, recover, or give up with the reason."""
         reason = planning.no_route_reason
         if not planning.is_planned and self.recovery.behavior in (None, RecoveryBehavior.REPLAN):

@@ -12,9 +12,7 @@ class DrivingSettings:
 
     max_linear_velocity: float = setting(0.5, 'maximum linear speed', 'm/s', (0.01, 10.0))
     max_angular_velocity: float = setting(1.5, 'maximum turn rate', 'rad/s', (0.05, 20.0))
-    max_linear_acceleration: float = setting(
-        0.5, 'maximum linear acceleration and deceleration', 'm/s^2', (0.01, 20.0)
-    )
+    max_linear_acceleration: float = setting(0.5, 'maximum linear acceleration and deceleration', 'm/s^2', (0.01, 20.0))
     max_angular_acceleration: float = setting(3.0, 'maximum angular acceleration', 'rad/s^2', (0.05, 100.0))
     max_linear_jerk: float = setting(5.0, 'maximum linear jerk', 'm/s^3', (0.1, 1000.0))
     clearance_margin: float = setting(
@@ -27,9 +25,7 @@ class DrivingSettings:
     goal_tolerance: float = setting(0.1, 'position tolerance of the goal', 'm', (0.01, 5.0))
     goal_yaw_tolerance: float = setting(0.1, 'heading tolerance of the goal', 'rad', (0.01, 3.2))
     pose_timeout: float = setting(0.5, 'the robot stops when its latest pose is older', 's', (0.05, 10.0))
-    map_timeout: float = setting(
-        1.0, 'the robot stops when the latest frame in the map is older', 's', (0.05, 60.0)
-    )
+    map_timeout: float = setting(1.0, 'the robot stops when the latest frame in the map is older', 's', (0.05, 60.0))
     replan_gain: float = setting(
         0.1, 'a free route is replaced by one that is shorter by this fraction', limits=(0.0, 0.9)
     )

@@ -34,9 +34,7 @@ class InflatedCostmap:
         clearance_max: largest clearance that is computed [m].
     """
 
-    def __init__(
-        self, inscribed_radius: float, clearance_max: float, settings: PlannerSettings = _PLAIN
-    ) -> None:
+    def __init__(self, inscribed_radius: float, clearance_max: float, settings: PlannerSettings = _PLAIN) -> None:
         """Start with one cell; ``clearance_max`` is at least the inscribed and the settings' inflation radius."""
         self.inscribed_radius, self.clearance_max = inscribed_radius, clearance_max
         self._settings = settings
@@ -112,9 +110,7 @@ class InflatedCostmap:
         cells = self.frame.cell_of(points_map)
         inside = self.frame.contains(cells)
         rows, columns = np.where(inside[..., None], cells, 0).T
-        return np.asarray(
-            np.where(inside.T, self.clearance[rows, columns], self.clearance_max).T, dtype=np.float32
-        )
+        return np.asarray(np.where(inside.T, self.clearance[rows, columns], self.clearance_max).T, dtype=np.float32)
 
     def _distances(
         self, global_map: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
@@ -145,9 +141,7 @@ def _bounds(points_map: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.floa
     return points.min(axis=0), points.max(axis=0)
 
 
-def _frame_around(
-    low: NDArray[np.float64], high: NDArray[np.float64], margin: float, resolution: float
-) -> GridFrame:
+def _frame_around(low: NDArray[np.float64], high: NDArray[np.float64], margin: float, resolution: float) -> GridFrame:
     """Return the frame between two corners [m] with a margin [m], aligned to the growth steps."""
     step = _GROWTH_STEP * resolution
     return _frame_from_steps(np.floor((low - margin) / step), np.ceil((high + margin) / step), resolution)

@@ -20,10 +20,7 @@ _AGE_MAX = 1.0  # an obstacle whose position is older is ignored [s]
 _DISTANCE_MAX = 10.0  # an obstacle that is farther away is ignored [m]
 _STEP = 0.1  # of the prediction [s]
 _CLEARER = 0.02  # where an obstacle is nearer than allowed, it may not come nearer by more than this [m]
-_CLEAR_TIMES = {
-    DriveState.GIVING_WAY: 0.5,
-    DriveState.GOING_AROUND: 2.0,
-}  # times without a conflict that end it [s]
+_CLEAR_TIMES = {DriveState.GIVING_WAY: 0.5, DriveState.GOING_AROUND: 2.0}  # times without a conflict that end it [s]
 _APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
 _WAITING_SPEED = 0.02  # below this the robot waits [m/s, rad/s]
 AROUND_TIME = 2.5

@@ -37,9 +37,7 @@ def lookahead_point(
     along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
     candidates = points_map[: max(1, int(np.searchsorted(along, lookahead)) + 1)]
     start = np.array([robot.x, robot.y])
-    fractions = np.linspace(
-        0.0, 1.0, _sample_count(costmap, lookahead + float(np.hypot(*(candidates[0] - start))))
-    )
+    fractions = np.linspace(0.0, 1.0, _sample_count(costmap, lookahead + float(np.hypot(*(candidates[0] - start)))))
     lines = start + fractions[:, None] * (candidates - start)[:, None]
     kept = np.minimum.accumulate(costmap.clearance_at(candidates)) - costmap.inscribed_radius
     clearance_min = costmap.inscribed_radius + _KEPT_FRACTION * np.maximum(kept, 0.0)
@@ -48,9 +46,7 @@ def lookahead_point(
     is_distinct = np.hypot(*(candidates - start).T) >= costmap.frame.resolution
     is_visible = is_distinct & (costmap.clearance_at(lines).min(axis=1) >= clearance_min)
     nearest = min(1, len(candidates) - 1)
-    return np.asarray(
-        candidates[int(np.flatnonzero(is_visible)[-1]) if is_visible[nearest:].any() else nearest]
-    )
+    return np.asarray(candidates[int(np.flatnonzero(is_visible)[-1]) if is_visible[nearest:].any() else nearest])
 
 
 def check_path_ahead(
@@ -106,9 +102,7 @@ def mask_speed_limit(
         slow = masks.speed_limit(x, y, top)
         if slow < limit:
             distance = math.hypot(x - robot.x, y - robot.y) - masks.speed.grid.frame.resolution
-            limit = min(
-                limit, max(slow, braking_speed_limit(distance + 0.5 * slow**2 / acceleration, settings))
-            )
+            limit = min(limit, max(slow, braking_speed_limit(distance + 0.5 * slow**2 / acceleration, settings)))
     return limit
 
 

@@ -107,14 +107,7 @@ class Recovery:
             self.reset()
 
     def update(
-        self,
-        now: float,
-        robot: SE2,
-        known: GlobalMap,
-        radius: float,
-        settings: DrivingSettings,
-        *,
-        once: bool = False,
+        self, now: float, robot: SE2, known: GlobalMap, radius: float, settings: DrivingSettings, *, once: bool = False
     ) -> Velocity | None:
         """Return the velocity of the behavior for a robot without a route or stuck; None after the last one.
 
@@ -153,12 +146,7 @@ class Recovery:
         return velocity
 
     def _run(
-        self,
-        behavior: RecoveryBehavior,
-        robot: SE2,
-        known: GlobalMap,
-        radius: float,
-        settings: DrivingSettings,
+        self, behavior: RecoveryBehavior, robot: SE2, known: GlobalMap, radius: float, settings: DrivingSettings
     ) -> Velocity | None:
         """Return the velocity of a behavior, None at its end."""
         match behavior:

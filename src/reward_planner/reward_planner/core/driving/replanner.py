@@ -96,10 +96,7 @@ class Replanner:
             DrivingError: the goal is too far away.
         """
         # A resized costmap needs a new search.
-        if (
-            self.costmap.cover(self._global_map, [*self._covered, (robot.x, robot.y)])
-            or not self._has_costmap
-        ):
+        if self.costmap.cover(self._global_map, [*self._covered, (robot.x, robot.y)]) or not self._has_costmap:
             if self._planner.mode == 'optimal':
                 multiplier = self._planner.cost_travel_multiplier
                 self._search = DStarLite(self.costmap.costs, self._cell_of(self._goal), multiplier)
@@ -211,9 +208,7 @@ class Replanner:
     def _record_position(self, robot: SE2) -> None:
         """Record visited positions, one per robot radius; only the reward rule uses them."""
         here = (robot.x, robot.y)
-        if self._search is None and (
-            not self._visited or math.dist(self._visited[-1], here) > self.robot_radius
-        ):
+        if self._search is None and (not self._visited or math.dist(self._visited[-1], here) > self.robot_radius):
             self._visited.append(here)
 
     def _visited_cells(self) -> NDArray[np.int64]:

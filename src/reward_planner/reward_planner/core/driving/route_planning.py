@@ -150,9 +150,7 @@ class RoutePlanning:
             self.replan_count, self.error, self.is_planned = planned.replan_count, planned.error, True
         return True
 
-    def _plan(
-        self, changes: list[tuple[GlobalMap, GridFrame | None]], now: float, robot: SE2
-    ) -> PlannedRoute:
+    def _plan(self, changes: list[tuple[GlobalMap, GridFrame | None]], now: float, robot: SE2) -> PlannedRoute:
         """Plan after changes of the map; in the thread of planning."""
         replanner, error = self._replanner, ''
         for snapshot, part in changes:

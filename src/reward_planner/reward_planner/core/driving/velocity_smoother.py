@@ -62,9 +62,7 @@ class VelocitySmoother:
         error = target - speed
         limit = min(settings.max_linear_acceleration, math.sqrt(2.0 * settings.max_linear_jerk * abs(error)))
         target_acceleration = math.copysign(limit, error)
-        self._acceleration += _clamp(
-            target_acceleration - self._acceleration, settings.max_linear_jerk * step
-        )
+        self._acceleration += _clamp(target_acceleration - self._acceleration, settings.max_linear_jerk * step)
         change = self._acceleration * step
         if abs(change) >= abs(error) and change * error >= 0.0:
             self._acceleration = 0.0

@@ -129,14 +129,11 @@ class GlobalMap:
         """Clear the map."""
         self._blocks.clear()
 
-    def _overlapping_blocks(
-        self, frame: GridFrame
-    ) -> Iterator[tuple[tuple[int, int], _CellSlices, _CellSlices]]:
+    def _overlapping_blocks(self, frame: GridFrame) -> Iterator[tuple[tuple[int, int], _CellSlices, _CellSlices]]:
         """Yield the blocks that overlap a frame: block index, cells of the block, cells of the frame."""
         if not math.isclose(frame.resolution, self.resolution, rel_tol=1e-6):
             raise RewardPlannerError(
-                f'the resolution is {frame.resolution} m, that of the map {self.resolution} m; '
-                'use the same resolution'
+                f'the resolution is {frame.resolution} m, that of the map {self.resolution} m; use the same resolution'
             )
         row, column = round(frame.origin_y / self.resolution), round(frame.origin_x / self.resolution)
         for block_row, rows, frame_rows in _split_by_blocks(row, frame.rows):

@@ -42,12 +42,7 @@ class ObstacleMapper:
         self._T_base_sensor = _sensor_pose(mount)
 
     def add(
-        self,
-        stamp: float,
-        points: ArrayLike,
-        T_map_base: SE2,
-        focal_length: float,
-        mount: CameraMount | None = None,
+        self, stamp: float, points: ArrayLike, T_map_base: SE2, focal_length: float, mount: CameraMount | None = None
     ) -> tuple[LocalMap, PointCounts]:
         """Add a frame; return the local map and the number of points by outcome.
 

@@ -99,11 +99,7 @@ class ExplainedCell(NamedTuple):
 
 
 def explained_walk(
-    blocked: NDArray[np.bool_],
-    start: tuple[int, int],
-    goal: tuple[int, int],
-    settings: RewardSettings,
-    steps: int,
+    blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int], settings: RewardSettings, steps: int
 ) -> Iterator[ExplainedCell]:
     """Yield the cells of a path of at most so many steps by the reward rule; arguments as for `reward_route`."""
     walk = RewardWalk(blocked.shape, start, goal, settings)

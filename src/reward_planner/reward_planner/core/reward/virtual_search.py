@@ -8,13 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.reward.step_reward import (
-    STEPS,
-    RewardRule,
-    can_enter,
-    straight_step,
-    write_step_terms,
-)
+from reward_planner.core.reward.step_reward import STEPS, RewardRule, can_enter, straight_step, write_step_terms
 from reward_planner.core.route.route import DIAGONAL, STRAIGHT
 
 

@@ -31,9 +31,7 @@ class DStarLite:
         multiplier: a step between cells of the greatest cost counts as so many more steps.
     """
 
-    def __init__(
-        self, costs: NDArray[np.bool_ | np.uint8], goal: tuple[int, int], multiplier: float = 0.0
-    ) -> None:
+    def __init__(self, costs: NDArray[np.bool_ | np.uint8], goal: tuple[int, int], multiplier: float = 0.0) -> None:
         padded = np.pad(_as_costs(costs), 1, constant_values=LETHAL)
         self._costs = padded[1:-1, 1:-1]
         self._goal = goal

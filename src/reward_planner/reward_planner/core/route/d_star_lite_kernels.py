@@ -22,9 +22,7 @@ _TIE_BITS = 20
 _TIE_STEP = 18  # 2^18 units are about half a cell
 _TIE_MAX = (1 << _TIE_BITS) - 1
 _LAST_KEY = (1 << 63) - 1
-_TOTAL_MAX = (
-    1 << (63 - _TIE_BITS)
-) - 1  # costs beyond do not fit into a key: 18 million cells without obstacles
+_TOTAL_MAX = (1 << (63 - _TIE_BITS)) - 1  # costs beyond do not fit into a key: 18 million cells without obstacles
 
 WEIGHT_BITS = 20
 
@@ -94,9 +92,7 @@ def edge_cost(state: SearchState, cell: int, other: int, step: int) -> int:
     """Return the cost c of the edge between two neighbours, ``step`` is its length; the same in both directions."""
     if state.weight == 0:
         return step
-    both = int(
-        np.int64(state.costs[cell]) + np.int64(state.costs[other])
-    )  # uint8 would become floats in numba
+    both = int(np.int64(state.costs[cell]) + np.int64(state.costs[other]))  # uint8 would become floats in numba
     return step + ((step * state.weight * both) >> WEIGHT_BITS)
 
 
@@ -156,9 +152,7 @@ def _compact_open_list(state: SearchState, open_list: OpenList) -> OpenList:
 
 
 @njit(cache=True, nogil=True)
-def apply_changes(
-    state: SearchState, cells: NDArray[np.int64], costs: NDArray[np.uint8]
-) -> NDArray[np.int64]:
+def apply_changes(state: SearchState, cells: NDArray[np.int64], costs: NDArray[np.uint8]) -> NDArray[np.int64]:
     """Set the costs of cells (without border, shape (n, 2)); return the indices of those that changed."""
     changed = np.empty(len(cells), np.int64)
     count = 0

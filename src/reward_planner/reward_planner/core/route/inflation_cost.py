@@ -21,8 +21,6 @@ def inflation_costs(
     if settings.cost_scaling_factor > 0.0:
         is_near = clearance <= settings.inflation_radius + _ROUNDING
         distances = clearance[is_near] - np.float32(inscribed_radius)
-        costs[is_near] = np.rint(
-            COST_MAX * np.exp(-settings.cost_scaling_factor * np.maximum(distances, 0.0))
-        )
+        costs[is_near] = np.rint(COST_MAX * np.exp(-settings.cost_scaling_factor * np.maximum(distances, 0.0)))
     costs[clearance <= inscribed_radius + _ROUNDING] = LETHAL
     return costs

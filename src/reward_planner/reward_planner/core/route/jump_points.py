@@ -20,9 +20,7 @@ def is_blocked(grid: BitGrid, row: int, column: int) -> bool:
 
 
 @njit(cache=True)
-def jump_along_row(
-    grid: BitGrid, row: int, column: int, direction: int, goal_row: int, goal_column: int
-) -> int:
+def jump_along_row(grid: BitGrid, row: int, column: int, direction: int, goal_row: int, goal_column: int) -> int:
     """Return the column of the jump point in this row, towards higher (1) or lower columns (-1); -1 if none."""
     goal = goal_column + MARGIN if goal_row == row else 0
     if direction > 0:
@@ -33,9 +31,7 @@ def jump_along_row(
 
 
 @njit(cache=True)
-def jump_along_column(
-    grid: BitGrid, row: int, column: int, direction: int, goal_row: int, goal_column: int
-) -> int:
+def jump_along_column(grid: BitGrid, row: int, column: int, direction: int, goal_row: int, goal_column: int) -> int:
     """Return the row of the jump point in this column, towards higher (1) or lower rows (-1); -1 if none."""
     goal = goal_row + MARGIN if goal_column == column else 0
     if direction > 0:
@@ -103,9 +99,7 @@ def add_straight_jump_point(
 
 
 @njit(cache=True)
-def successors_of_start(
-    grid: BitGrid, row: int, column: int, goal: tuple[int, int], found: NDArray[np.int32]
-) -> int:
+def successors_of_start(grid: BitGrid, row: int, column: int, goal: tuple[int, int], found: NDArray[np.int32]) -> int:
     """Find the jump points in all eight directions; return their number."""
     count = 0
     for direction in (-1, 1):
@@ -118,12 +112,7 @@ def successors_of_start(
 
 @njit(cache=True)
 def successors(
-    grid: BitGrid,
-    row: int,
-    column: int,
-    parent: tuple[int, int],
-    goal: tuple[int, int],
-    found: NDArray[np.int32],
+    grid: BitGrid, row: int, column: int, parent: tuple[int, int], goal: tuple[int, int], found: NDArray[np.int32]
 ) -> int:
     """Find the jump points that follow a jump point; arguments as for `jump_diagonally`, return their number.
 

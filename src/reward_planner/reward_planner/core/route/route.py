@@ -57,10 +57,7 @@ def check_endpoints(
     The grid, shape (rows, columns), holds blocked cells, or costs of which those above ``cost_max`` are blocked.
     """
     rows, columns = blocked.shape
-    ends = (
-        (goal, NoRoute.GOAL_OUTSIDE, NoRoute.GOAL_BLOCKED),
-        (start, NoRoute.START_OUTSIDE, NoRoute.START_BLOCKED),
-    )
+    ends = ((goal, NoRoute.GOAL_OUTSIDE, NoRoute.GOAL_BLOCKED), (start, NoRoute.START_OUTSIDE, NoRoute.START_BLOCKED))
     for (row, column), outside, inside in ends:
         if not (0 <= row < rows and 0 <= column < columns):
             return outside

@@ -7,20 +7,12 @@ from numpy.typing import NDArray
 from reward_planner.core.route.bit_grid import BitGrid, pack_grid
 from reward_planner.core.route.jump_points import successors, successors_of_start
 from reward_planner.core.route.open_list import pop_first, push
-from reward_planner.core.route.route import (
-    STRAIGHT,
-    NoRoute,
-    Route,
-    check_endpoints,
-    octile_distance,
-)
+from reward_planner.core.route.route import STRAIGHT, NoRoute, Route, check_endpoints, octile_distance
 
 _TIE_BITS = 20  # low bits of a key: distance to the goal [cells]; high bits: estimated length of the route
 
 
-def shortest_route(
-    blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]
-) -> Route | NoRoute:
+def shortest_route(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> Route | NoRoute:
     """Return a shortest route of straight and diagonal steps on a grid, shape (rows, columns); it cuts no corner.
 
     A diagonal step needs both adjacent cells free. Of equally long routes, the one with straight steps first is

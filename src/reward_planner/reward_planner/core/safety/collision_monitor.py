@@ -15,11 +15,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.safety.motion_history import MotionHistory
 from reward_planner.core.safety.range_frame import RangeFrame
-from reward_planner.core.safety.safety_settings import (
-    CollisionMonitorSettings,
-    SourceSettings,
-    check_limits,
-)
+from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings, check_limits
 from reward_planner.core.safety.stopping_motion import (
     STEP,
     BaseDynamics,
@@ -36,11 +32,7 @@ FRACTIONS = np.linspace(1.0, 0.0, 11)
 # A robot that stopped for an obstacle drives on when the way has been free for this time [s]; slower, it has stopped.
 _RESUME_TIME, _STOPPED_SPEED = 0.3, 0.02
 _CLOCK_BACK = 0.1  # a clock that goes back by more has jumped [s]
-_YIELD_MARGINS = (
-    0.02,
-    0.06,
-    0.12,
-)  # clearances to the predicted way of people; the greatest that a stop allows [m]
+_YIELD_MARGINS = (0.02, 0.06, 0.12)  # clearances to the predicted way of people; the greatest that a stop allows [m]
 _SIGNIFICANT = 3.0  # a velocity counts if it exceeds its standard deviation as many times
 _WALKING = 0.2  # a slower cluster does not walk [m/s]
 
@@ -86,9 +78,7 @@ class CollisionMonitor:
         if not sources:
             raise RewardPlannerError('sources is empty; name at least one range sensor')
         if len(settings.exclusion_zones) % 6:
-            raise RewardPlannerError(
-                'exclusion_zones must have six numbers for each box; complete the last one'
-            )
+            raise RewardPlannerError('exclusion_zones must have six numbers for each box; complete the last one')
         zones = np.array(settings.exclusion_zones, dtype=np.float64).reshape(-1, 6)
         if (zones[:, :3] >= zones[:, 3:]).any():
             raise RewardPlannerError(
@@ -106,8 +96,7 @@ class CollisionMonitor:
         """Forget commands, ranges and motion: the robot stops until all are fresh again."""
         zones = np.array(self._settings.exclusion_zones, dtype=np.float64).reshape(-1, 6)
         self.sources = {
-            name: WatchedSource(name, source, zones, self._settings)
-            for name, source in self._source_settings.items()
+            name: WatchedSource(name, source, zones, self._settings) for name, source in self._source_settings.items()
         }
         self._motion = MotionHistory(self._base)
         self._command: tuple[float, float, float] | None = None
@@ -232,9 +221,7 @@ class CollisionMonitor:
                 return fraction, Action.APPROACH, name
         return 0.0, Action.STOP, name
 
-    def _yield(
-        self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles
-    ) -> _Limit:
+    def _yield(self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles) -> _Limit:
         """Stop for people whom the commanded drive would meet, if they do not walk into a robot that stops now."""
         obstacles, speed = found.all, np.hypot(*found.all.velocity.T)
         walking = (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))

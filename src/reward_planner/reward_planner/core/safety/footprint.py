@@ -33,16 +33,12 @@ class Footprint:
             self.corners = outer * np.column_stack([np.cos(angles), np.sin(angles)])
         else:
             if len(corners) % 2 or len(corners) < 6:
-                raise RewardPlannerError(
-                    f'footprint has {len(corners)} numbers; give x and y of three or more corners'
-                )
+                raise RewardPlannerError(f'footprint has {len(corners)} numbers; give x and y of three or more corners')
             self.corners = np.array(corners, dtype=np.float64).reshape(-1, 2)
             x, y = self.corners.T
             area = 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
             if abs(area) < 1e-4 or _has_crossing(self.corners):
-                raise RewardPlannerError(
-                    'footprint has no area or its edges cross; give its corners in order'
-                )
+                raise RewardPlannerError('footprint has no area or its edges cross; give its corners in order')
             if area < 0.0:
                 self.corners = self.corners[::-1].copy()
         self.radius = float(np.hypot(*self.corners.T).max())
@@ -56,9 +52,7 @@ class Footprint:
         """
         radius = -float(polygon_distance(self.corners, 0.0, 0.0))
         if radius <= 0.0:
-            raise RewardPlannerError(
-                'footprint does not contain the origin of base_frame; give corners around it'
-            )
+            raise RewardPlannerError('footprint does not contain the origin of base_frame; give corners around it')
         return radius
 
     def distances(self, points_base: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -92,9 +86,7 @@ def _has_crossing(corners: NDArray[np.float64]) -> bool:
     return False
 
 
-def _sides(
-    a: NDArray[np.float64], b: NDArray[np.float64], p: NDArray[np.float64], q: NDArray[np.float64]
-) -> float:
+def _sides(a: NDArray[np.float64], b: NDArray[np.float64], p: NDArray[np.float64], q: NDArray[np.float64]) -> float:
     """Return a negative number if p and q are on different sides of the line through a and b."""
     line = b - a
     left, right = (line[0] * (point - a)[1] - line[1] * (point - a)[0] for point in (p, q))

@@ -49,10 +49,7 @@ class RayBins(NamedTuple):
 
 @njit(cache=True)
 def bin_rays(
-    origin: NDArray[np.float64],
-    ends: NDArray[np.float64],
-    is_hit: NDArray[np.bool_],
-    heights: tuple[float, float],
+    origin: NDArray[np.float64], ends: NDArray[np.float64], is_hit: NDArray[np.bool_], heights: tuple[float, float]
 ) -> RayBins:
     """Return the bins of rays, shape (n, 3), between two heights [m]."""
     nearest = np.full((BINS, BINS // 2 + 1), np.inf)
@@ -112,10 +109,7 @@ def carve(
             cos, sin = math.cos(angle), math.sin(angle)
             flat, end = bins.start[b], min(bins.end[b], range_max)
             while flat < end and flat < bins.hit[b] - _margin(flat, noise):
-                ix, iy = (
-                    math.floor((origin[0] + flat * cos) / CELL),
-                    math.floor((origin[1] + flat * sin) / CELL),
-                )
+                ix, iy = (math.floor((origin[0] + flat * cos) / CELL), math.floor((origin[1] + flat * sin) / CELL))
                 i, j = _entry(cells, ix, iy)
                 cells.free[i, j] = stamp
                 cells.span[i, j, 0] = origin[2] + flat * bins.slopes[b, 0]
@@ -147,9 +141,7 @@ def clear(cells: Cells, bins: RayBins, origin: NDArray[np.float64], stamp: float
 
 
 @njit(cache=True)
-def passed(
-    bins: RayBins, origin: NDArray[np.float64], xy: NDArray[np.float64], noise: float
-) -> NDArray[np.bool_]:
+def passed(bins: RayBins, origin: NDArray[np.float64], xy: NDArray[np.float64], noise: float) -> NDArray[np.bool_]:
     """Return which positions, shape (n, 2), rays passed within the heights without a hit before or at them."""
     is_open = np.zeros(len(xy), dtype=np.bool_)
     for n in range(len(xy)):
@@ -161,9 +153,7 @@ def passed(
 
 
 @njit(cache=True)
-def insert(
-    cells: Cells, ends: NDArray[np.float64], is_used: NDArray[np.bool_], stamp: float, points_min: int
-) -> None:
+def insert(cells: Cells, ends: NDArray[np.float64], is_used: NDArray[np.bool_], stamp: float, points_min: int) -> None:
     """Add hits; a cell is hit if it and its eight neighbours have enough points."""
     side = len(cells.key)
     count, sums = np.zeros((side, side), dtype=np.int64), np.zeros((side, side, 3))

@@ -82,9 +82,7 @@ class RangeMemory:
         insert(cells, ends, used, stamp, settings.points_min)
         clear(cells, bins, origin, stamp, noise)
         classify(cells, origin, stamp, noise)
-        cells.kind[(cells.kind == UNSURE) & (cells.last < stamp)] = (
-            STATIC  # it left the view without having moved
-        )
+        cells.kind[(cells.kind == UNSURE) & (cells.last < stamp)] = STATIC  # it left the view without having moved
         kept = np.where(cells.kind == STATIC, self._memory, _MOVER_KEPT)
         cells.kind[cells.last < stamp - kept] = FREE
         cells.first[cells.kind == FREE] = cells.last[cells.kind == FREE] = NEVER

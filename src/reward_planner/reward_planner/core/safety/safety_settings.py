@@ -22,38 +22,21 @@ class CollisionMonitorSettings:
     )
     robot_radius: float = setting(0.2, 'radius of a circular footprint', 'm', (0.01, 10.0))
     deceleration: float = setting(
-        0.5,
-        'linear acceleration and deceleration of the base, as its driver limits it',
-        'm/s^2',
-        (0.05, 20.0),
+        0.5, 'linear acceleration and deceleration of the base, as its driver limits it', 'm/s^2', (0.05, 20.0)
     )
-    angular_deceleration: float = setting(
-        3.0, 'angular acceleration and deceleration', 'rad/s^2', (0.05, 100.0)
-    )
+    angular_deceleration: float = setting(3.0, 'angular acceleration and deceleration', 'rad/s^2', (0.05, 100.0))
     latency: float = setting(0.1, 'time from a published velocity until the base follows it', 's', (0.0, 2.0))
-    rate: float = setting(
-        20.0, 'rate of the published velocity; new ranges are published at once', limits=(5.0, 200.0)
-    )
-    command_timeout: float = setting(
-        0.5, 'the robot stops when the latest cmd_vel_in is older', 's', (0.05, 10.0)
-    )
+    rate: float = setting(20.0, 'rate of the published velocity; new ranges are published at once', limits=(5.0, 200.0))
+    command_timeout: float = setting(0.5, 'the robot stops when the latest cmd_vel_in is older', 's', (0.05, 10.0))
     stop_margin: float = setting(0.05, 'stop zone: width around the footprint', 'm', (0.0, 2.0))
-    slow_margin: float = setting(
-        0.05, 'slow-down zone: width around the path of the stop zone', 'm', (0.0, 5.0)
-    )
-    slow_time: float = setting(
-        1.0, 'slow-down zone: length, as time at the commanded velocity', 's', (0.0, 10.0)
-    )
+    slow_margin: float = setting(0.05, 'slow-down zone: width around the path of the stop zone', 'm', (0.0, 5.0))
+    slow_time: float = setting(1.0, 'slow-down zone: length, as time at the commanded velocity', 's', (0.0, 10.0))
     slow_fraction: float = setting(
         0.5, 'greatest fraction of the command with points in the slow-down zone', limits=(0.05, 1.0)
     )
     obstacle_speed: float = setting(1.6, 'greatest speed of people; ISO 13855 uses 1.6', 'm/s', (0.0, 10.0))
-    yield_time: float = setting(
-        4.0, 'the robot does not stop where people walk within this time', 's', (0.0, 10.0)
-    )
-    memory: float = setting(
-        600.0, 'an obstacle that left the field of view is kept for this long', 's', (0.0, 1e6)
-    )
+    yield_time: float = setting(4.0, 'the robot does not stop where people walk within this time', 's', (0.0, 10.0))
+    memory: float = setting(600.0, 'an obstacle that left the field of view is kept for this long', 's', (0.0, 1e6))
     exclusion_zones: tuple[float, ...] = setting(
         (),
         'boxes in base_frame whose points are ignored (parts of the robot): lowest x, y, z, greatest x, y, z of each',
@@ -68,12 +51,9 @@ class SourceSettings:
 
     type: str = setting('points', 'kind of messages', choices=('points', 'depth', 'scan'))
     topic: str = setting(
-        '',
-        'topic; empty takes points, depth/image or scan; the CameraInfo of depth is camera_info beside the image',
+        '', 'topic; empty takes points, depth/image or scan; the CameraInfo of depth is camera_info beside the image'
     )
-    frame: str = setting(
-        '', 'frame of the messages; empty takes that of the first message; others are rejected'
-    )
+    frame: str = setting('', 'frame of the messages; empty takes that of the first message; others are rejected')
     timeout: float = setting(0.5, 'the robot stops when the latest message is older', 's', (0.02, 10.0))
     xyz: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.3),
@@ -107,9 +87,7 @@ def check_limits(name: str, source: SourceSettings) -> None:
     if source.range_min >= source.range_max:
         raise RewardPlannerError(f'{name}.range_min is not below {name}.range_max; exchange them')
     if len(source.rpy) not in (0, 3):
-        raise RewardPlannerError(
-            f'{name}.rpy has {len(source.rpy)} numbers; give roll, pitch and yaw, or none'
-        )
+        raise RewardPlannerError(f'{name}.rpy has {len(source.rpy)} numbers; give roll, pitch and yaw, or none')
 
 
 def sensor_rpy(source: SourceSettings) -> tuple[float, float, float]:

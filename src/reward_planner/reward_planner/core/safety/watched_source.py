@@ -87,23 +87,17 @@ class WatchedSource:
             raise RewardPlannerError(f'{self.name}: the motion at its stamp is unknown; check odom')
         frame = self._without_robot(frame)
         if len(frame.ends) == 0:
-            self._fault = (
-                'exclusion_zones hold all of its points; make them as small as the parts of the robot'
-            )
+            self._fault = 'exclusion_zones hold all of its points; make them as small as the parts of the robot'
             raise RewardPlannerError(f'{self.name}: {self._fault}')
         source, relative = self._source, frame.ends - frame.origin
         distance = np.hypot(relative[:, 0], relative[:, 1])
-        used = (
-            frame.is_hit & (frame.ends[:, 2] >= source.height_min) & (frame.ends[:, 2] <= source.height_max)
-        )
+        used = frame.is_hit & (frame.ends[:, 2] >= source.height_min) & (frame.ends[:, 2] <= source.height_max)
         used &= (distance >= source.range_min) & (distance <= source.range_max)
         self._stamp = stamp
         self._memory.update(stamp, frame, T_odom_base, used)
         self._cells = self._memory.obstacles()
         moves = (self._cells.kind == MOVING) & (self._cells.stamp == stamp)
-        motion = self._tracker.update(
-            stamp, self._cells.xy[moves], self._memory.is_open, self._memory.origin[:2]
-        )
+        motion = self._tracker.update(stamp, self._cells.xy[moves], self._memory.is_open, self._memory.origin[:2])
         velocity, sigma = np.zeros((len(moves), 2)), np.full(len(moves), np.nan)
         velocity[moves], sigma[moves] = motion
         # A part of a surface that comes into view looks as if it moved.

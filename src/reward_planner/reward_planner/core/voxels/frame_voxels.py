@@ -26,9 +26,7 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
 )
 from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
-_EXIT_RAYS_MIN = (
-    2  # rays through the same exit voxel that clear voxels, if so many are expected: one may be noise
-)
+_EXIT_RAYS_MIN = 2  # rays through the same exit voxel that clear voxels, if so many are expected: one may be noise
 
 
 @dataclass(frozen=True)
@@ -155,9 +153,7 @@ def expected_points(
     for i, cell in enumerate(cells):
         column, row, layer = unravel_cell(cell, window.side, window.layers)
         depth = (
-            axis[0] * (column + 0.5 - start[0])
-            + axis[1] * (row + 0.5 - start[1])
-            + axis[2] * (layer + 0.5 - start[2])
+            axis[0] * (column + 0.5 - start[0]) + axis[1] * (row + 0.5 - start[1]) + axis[2] * (layer + 0.5 - start[2])
         )
         expected[i] = (focal_length / max(depth, 1.0)) ** 2
     return expected

@@ -42,9 +42,7 @@ class SensorView:
     def __post_init__(self) -> None:
         T = np.asarray(self.T_map_sensor)
         if T.shape != (4, 4) or not np.isfinite(T).all() or (T[3] != (0.0, 0.0, 0.0, 1.0)).any():
-            raise RewardPlannerError(
-                'T_map_sensor is not a rigid transform; give a 4 x 4 matrix of finite numbers'
-            )
+            raise RewardPlannerError('T_map_sensor is not a rigid transform; give a 4 x 4 matrix of finite numbers')
         deviation = np.abs(T[:3, :3] @ T[:3, :3].T - np.eye(3)).max()
         if deviation > _ORTHONORMAL_WITHIN or np.linalg.det(T[:3, :3]) < 0.0:
             raise RewardPlannerError(
@@ -101,9 +99,7 @@ def window_around(view: SensorView, settings: VoxelSettings) -> FrameWindow:
     s, reach = settings.resolution, settings.range_max
     first = np.floor((view.origin[:2] - reach) / (TILE_SIZE * s))
     if np.abs(first).max() > 2**31:
-        raise RewardPlannerError(
-            'the sensor is too far from the origin of the map; check that its pose is in metres'
-        )
+        raise RewardPlannerError('the sensor is too far from the origin of the map; check that its pose is in metres')
     side, layers = window_shape(settings)
     return FrameWindow(int(first[0]), int(first[1]), side, layers, s, settings.height_min)
 

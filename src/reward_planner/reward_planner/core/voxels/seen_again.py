@@ -35,10 +35,7 @@ _BIN_MIN = 0.01  # least width of a bin [tangent]
 _TANGENT_MAX = 3.0  # 72 degrees off the axis
 _RAYS_EXPECTED = 0.25  # rays that meet a surface across a voxel, at which a missing hit counts
 _DEPTH_NOISE = 0.005  # standard deviation of a depth of 1 m; it grows with the square [m]
-_CLEARED_MIN, _CLEARED_LAYERS = (
-    0.1,
-    2,
-)  # height of the cleared part of an obstacle [m, voxels]: more than noise
+_CLEARED_MIN, _CLEARED_LAYERS = (0.1, 2)  # height of the cleared part of an obstacle [m, voxels]: more than noise
 _CLEARED_FRACTION = 0.3  # of the columns of an obstacle of which a part was cleared
 _FIRST_SIGHT_FACTOR = 10.0  # of the memory, for what was there from the first sight
 _PASSED, _BLOCKED, _OUT = 0, 1, 2
@@ -136,10 +133,7 @@ def _look_again(
 
 @njit(cache=True)
 def _state(
-    image: RayImage,
-    T: NDArray[np.float64],
-    voxel: tuple[float, float, float],
-    geometry: tuple[float, float, float],
+    image: RayImage, T: NDArray[np.float64], voxel: tuple[float, float, float], geometry: tuple[float, float, float]
 ) -> tuple[int, float]:
     """Return whether all rays around a voxel pass behind it, and how many rays meet a surface across it."""
     resolution, focal_length, _ = geometry
@@ -214,9 +208,7 @@ def forget_rest(
     place = slots[column // TILE_SIZE, row // TILE_SIZE], column % TILE_SIZE, row % TILE_SIZE
     is_first_sight = unseen[column, row] == FIRST_SIGHT
     kept = np.where(is_first_sight, _FIRST_SIGHT_FACTOR * memory, memory)
-    needed = np.where(
-        is_first_sight, max(math.ceil(_CLEARED_MIN / window.resolution - 1e-6), _CLEARED_LAYERS), 1
-    )
+    needed = np.where(is_first_sight, max(math.ceil(_CLEARED_MIN / window.resolution - 1e-6), _CLEARED_LAYERS), 1)
     has_left = (tiles.cleared[place] >= needed) & (stamp - tiles.changed[place] >= kept)
     if not has_left.any():
         return

@@ -27,9 +27,7 @@ class VoxelSettings:
     voxels, ``log_odds`` also clears the space in front of an obstacle.
     """
 
-    rule: str = setting(
-        'log_odds', 'rule of the voxel values', choices=('count', 'range_normalised', 'log_odds')
-    )
+    rule: str = setting('log_odds', 'rule of the voxel values', choices=('count', 'range_normalised', 'log_odds'))
     resolution: float = setting(0.05, 'side of a voxel and of a map cell', 'm', (0.01, 1.0))
     height_min: float = setting(0.1, 'lowest height of obstacles', 'm', (-2.0, 5.0))
     height_max: float = setting(1.2, 'greatest height of obstacles', 'm', (-1.0, 6.0))
@@ -50,14 +48,9 @@ class VoxelSettings:
     log_odds_pass: float = setting(0.4, 'log-odds that a ray through the voxel subtracts', limits=(0.01, 5.0))
     log_odds_max: float = setting(3.5, 'upper limit of the log-odds', limits=(0.5, 20.0))
     log_odds_min: float = setting(-2.0, 'lower limit of the log-odds', limits=(-20.0, -0.1))
-    log_odds_occupied: float = setting(
-        1.0, 'least value of an obstacle with the rule log_odds', limits=(0.01, 20.0)
-    )
+    log_odds_occupied: float = setting(1.0, 'least value of an obstacle with the rule log_odds', limits=(0.01, 20.0))
     half_life: float = setting(
-        300.0,
-        'half-life of the values of voxels that are not observed; cells of the map do not decay',
-        's',
-        (1.0, 1e6),
+        300.0, 'half-life of the values of voxels that are not observed; cells of the map do not decay', 's', (1.0, 1e6)
     )
     obstacle_memory: float = setting(
         2.0,
@@ -67,7 +60,5 @@ class VoxelSettings:
         (0.0, 1e6),
     )
     tiles_max: int = setting(
-        2048,
-        'maximum number of tiles of 16 x 16 voxel columns; the nearest ones are kept',
-        limits=(16, 1_000_000),
+        2048, 'maximum number of tiles of 16 x 16 voxel columns; the nearest ones are kept', limits=(16, 1_000_000)
     )

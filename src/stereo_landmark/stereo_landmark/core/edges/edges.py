@@ -142,8 +142,7 @@ def trace_segments(edges: Edges, settings: EdgeSettings) -> Segments:
     vertex_indices, vertex_starts = polyline_vertices(points, starts, settings.bend_tolerance)
     index = index_points(points, edges.index.shape)
     return Segments(
-        *(points, edges.gradients.take(order, axis=0), starts, closed, vertex_indices, vertex_starts),
-        index=index,
+        *(points, edges.gradients.take(order, axis=0), starts, closed, vertex_indices, vertex_starts), index=index
     )
 
 
@@ -162,9 +161,7 @@ def _suppress_non_maxima(
             in_row = (here > magnitude[y, x - 1]) & (here >= magnitude[y, x + 1])
             in_column = (here > magnitude[y - 1, x]) & (here >= magnitude[y + 1, x])
             is_horizontal = abs(gx[y, x]) >= abs(gy[y, x])
-            is_maximum[y, x] = (here >= threshold) & (
-                (is_horizontal & in_row) | ((not is_horizontal) & in_column)
-            )
+            is_maximum[y, x] = (here >= threshold) & ((is_horizontal & in_row) | ((not is_horizontal) & in_column))
     return is_maximum
 
 
@@ -182,11 +179,7 @@ def _collect_points(
     """
     height, width = gx.shape
     capacity = int(np.sum(is_maximum))
-    points, gradients, neighbour_ratios = (
-        np.empty((capacity, 2)),
-        np.empty((capacity, 2)),
-        np.empty((capacity, 2)),
-    )
+    points, gradients, neighbour_ratios = (np.empty((capacity, 2)), np.empty((capacity, 2)), np.empty((capacity, 2)))
     count = 0
     for y in range(1, height - 1):
         for x in range(1, width - 1):

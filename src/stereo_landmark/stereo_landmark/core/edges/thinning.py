@@ -34,16 +34,7 @@ def thin(binary: Masks, passes: int) -> Masks:
 def _is_removable(mask: Masks, x: int, y: int, side: int) -> bool:
     """Return whether a pixel is at the lower right (side 0) or upper left edge of a line that stays connected."""
     up, right, down, left = mask[y - 1, x], mask[y, x + 1], mask[y + 1, x], mask[y, x - 1]
-    around = (
-        up,
-        mask[y - 1, x + 1],
-        right,
-        mask[y + 1, x + 1],
-        down,
-        mask[y + 1, x - 1],
-        left,
-        mask[y - 1, x - 1],
-    )
+    around = (up, mask[y - 1, x + 1], right, mask[y + 1, x + 1], down, mask[y + 1, x - 1], left, mask[y - 1, x - 1])
     count, starts = 0, 0
     for k in range(8):
         count += around[k]

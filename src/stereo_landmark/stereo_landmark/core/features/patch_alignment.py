@@ -46,9 +46,7 @@ def smooth(image: GreyImage) -> Floats:
     return np.asarray(cv2.GaussianBlur(image.astype(np.float32), (0, 0), SMOOTHING_SIGMA), dtype=np.float32)
 
 
-def align_patches(
-    template: Floats, centres: Floats, image: Floats, starts: Floats, maps: Floats
-) -> AlignedPatches:
+def align_patches(template: Floats, centres: Floats, image: Floats, starts: Floats, maps: Floats) -> AlignedPatches:
     """Align patches with an image.
 
     Args:
@@ -77,9 +75,7 @@ def _sample(image: Floats, u: float, v: float) -> float:
 @njit(cache=True, error_model='numpy', inline='always')
 def _is_inside(image: Floats, u: float, v: float, margin: float) -> bool:
     """Return whether a patch is inside of an image, false for NaN."""
-    return (
-        u > margin and v > margin and u < image.shape[1] - 2.0 - margin and v < image.shape[0] - 2.0 - margin
-    )
+    return u > margin and v > margin and u < image.shape[1] - 2.0 - margin and v < image.shape[0] - 2.0 - margin
 
 
 @njit(cache=True, error_model='numpy')

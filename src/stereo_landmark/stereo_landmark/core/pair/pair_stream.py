@@ -8,13 +8,7 @@ import numpy as np
 from shirube_core.geometry import CameraMount, TiltBuffer
 from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
-from stereo_landmark.core.pair.camera_pair import (
-    CameraCalibration,
-    Rectifier,
-    Side,
-    StampSynchronizer,
-    stereo_rig,
-)
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, Side, StampSynchronizer, stereo_rig
 from stereo_landmark.core.pair.rectification_check import check_pair
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
@@ -83,9 +77,7 @@ class PairLocalizer:
         """Use other settings from the next pair on; the last place is kept."""
         self._localizer = LandmarkLocalizer(self._localizer.places, settings)
 
-    def locate(
-        self, stamp_ns: int, left: GreyImage, right: GreyImage, tilt: tuple[float, float]
-    ) -> LocatedPair:
+    def locate(self, stamp_ns: int, left: GreyImage, right: GreyImage, tilt: tuple[float, float]) -> LocatedPair:
         """Find the place and the displacement from it.
 
         Args:
@@ -125,19 +117,11 @@ def recalibrate(place: TaughtPlace, rig: StereoRig) -> TaughtPlace:
     size, now = ((each.left.width, each.left.height) for each in (taught, rig))
     changes = (
         ('image size', f'{size[0]}x{size[1]}', f'{now[0]}x{now[1]}', size != now),
-        (
-            'baseline',
-            f'{taught.baseline:.4g} m',
-            f'{rig.baseline:.4g} m',
-            _ratio(taught.baseline, rig.baseline),
-        ),
+        ('baseline', f'{taught.baseline:.4g} m', f'{rig.baseline:.4g} m', _ratio(taught.baseline, rig.baseline)),
         ('fx', f'{taught.left.fx:.4g} px', f'{rig.left.fx:.4g} px', _ratio(taught.left.fx, rig.left.fx)),
         *(
             (f'camera_{name}', _format_vector(old), _format_vector(new), _distance(old, new))
-            for name, old, new in (
-                ('xyz', taught.mount.xyz, rig.mount.xyz),
-                ('rpy', taught.mount.rpy, rig.mount.rpy),
-            )
+            for name, old, new in (('xyz', taught.mount.xyz, rig.mount.xyz), ('rpy', taught.mount.rpy, rig.mount.rpy))
         ),
     )
     for name, old, new, is_other in changes:
@@ -181,11 +165,7 @@ class PairStream:
     """
 
     def __init__(
-        self,
-        places: Sequence[TaughtPlace],
-        mount: CameraMount,
-        pairing: PairSettings,
-        settings: LandmarkSettings,
+        self, places: Sequence[TaughtPlace], mount: CameraMount, pairing: PairSettings, settings: LandmarkSettings
     ) -> None:
         self._places = places
         self._mount = mount

@@ -61,9 +61,7 @@ class PairCheck:
     def summary(self) -> str:
         """The result in one line."""
         if np.isnan(self.row_difference):
-            return (
-                f'rectification not checked: {self.matches} points match reliably, {MATCHES_MIN} are needed'
-            )
+            return f'rectification not checked: {self.matches} points match reliably, {MATCHES_MIN} are needed'
         rows = f'rows differ by {self.row_difference:.2f} px, spread {self.row_spread:.2f} px ({self.matches} points)'
         return rows if self.fault is None else f'{self.fault.value} ({rows})'
 
@@ -112,9 +110,7 @@ def _match_features(left: GreyImage, right: GreyImage) -> tuple[Floats, Floats]:
     if descriptors is None or other_descriptors is None:
         return np.empty((0, 2)), np.empty((0, 2))
     matcher = cv2.BFMatcher(cv2.NORM_HAMMING)
-    forward = {
-        match.queryIdx: match.trainIdx for (match,) in matcher.knnMatch(descriptors, other_descriptors, k=1)
-    }
+    forward = {match.queryIdx: match.trainIdx for (match,) in matcher.knnMatch(descriptors, other_descriptors, k=1)}
     best = [pair for pair in matcher.knnMatch(other_descriptors, descriptors, k=2) if len(pair) == 2]
     chosen = [
         one

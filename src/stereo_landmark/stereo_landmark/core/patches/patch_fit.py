@@ -86,9 +86,7 @@ def fit_patch(
 
 
 @njit(cache=True, error_model='numpy')
-def _sample_image(
-    image: NDArray[np.float32], coordinates: Floats, homography: Floats, values: Floats
-) -> bool:
+def _sample_image(image: NDArray[np.float32], coordinates: Floats, homography: Floats, values: Floats) -> bool:
     """Write the image values at the patch coordinates; False if one is outside the image."""
     height, width = image.shape
     h = homography
@@ -161,9 +159,7 @@ def _invert_normal(jacobian: Floats, weights: Floats, inverse: Floats) -> bool:
 
 
 @njit(cache=True, error_model='numpy')
-def _write_solution(
-    jacobian: Floats, values: Floats, weights: Floats, inverse: Floats, solution: Floats
-) -> None:
+def _write_solution(jacobian: Floats, values: Floats, weights: Floats, inverse: Floats, solution: Floats) -> None:
     """Write the weighted least squares solution."""
     count = jacobian.shape[1]
     rhs = np.zeros(count)

@@ -39,9 +39,7 @@ def smooth_images(images: Floats) -> Floats:
     return np.dstack([cv2.sepFilter2D(images[..., k], -1, twice, twice) for k in range(images.shape[2])])
 
 
-def _separable_filter(
-    image: GreyImage | NDArray[np.float32], along: Floats, down: Floats
-) -> NDArray[np.float32]:
+def _separable_filter(image: GreyImage | NDArray[np.float32], along: Floats, down: Floats) -> NDArray[np.float32]:
     return np.asarray(cv2.sepFilter2D(image, cv2.CV_32F, along, down), dtype=np.float32)
 
 

@@ -109,10 +109,7 @@ class TaughtPatches:
             if found is not None:
                 pixels[rows], covariances[rows] = found
                 taught = [taught_rows_by_name[name] for name in patch.points.names]
-                positions[taught], position_covariances[taught] = (
-                    patch.points.positions,
-                    patch.points.covariances,
-                )
+                positions[taught], position_covariances[taught] = (patch.points.positions, patch.points.covariances)
                 matched_patches.append(patch.primitive)
         return MeasuredPoints(
             StereoPoints(seen.names, pixels, covariances),
@@ -130,9 +127,7 @@ class TaughtPatches:
                     template = patch_template(images.left, primitive.shape.corners)
                     name = f'{target.name}/{primitive.name}'
                     names = tuple(f'{name}/corner_{k}' for k in range(CORNER_COUNT))
-                    points = (
-                        None if template is None else self._triangulate_points(template, names, images.right)
-                    )
+                    points = None if template is None else self._triangulate_points(template, names, images.right)
                     if template is not None and points is not None:
                         yield TaughtPatch(name, template, points)
 
@@ -232,9 +227,7 @@ def align_patch(template: PatchTemplate, image: GreyImage, start: Floats) -> Ali
     window = image[low[1] : high[1], low[0] : high[0]]
     if min(window.shape) < 3 * SEARCH_MARGIN:
         return None
-    homography = cv2.getPerspectiveTransform(
-        template.corners.astype(np.float32), (start - low).astype(np.float32)
-    )
+    homography = cv2.getPerspectiveTransform(template.corners.astype(np.float32), (start - low).astype(np.float32))
     inverse = template.inverse.copy()
     scale = float(template.half_size.max())
     residual_variance, gain, strain = fit_patch(

@@ -85,9 +85,7 @@ def fit_jointly(
     """
     prior_mean = np.concatenate([np.zeros(ROLL), tilt, np.zeros(BIASES)])
     prior = np.zeros(STATE_SIZE + BIASES)
-    prior[[ROLL, PITCH]] = (
-        max(settings.tilt_sigma, FREE_TILT_SIGMA if settings.tilt_sigma > 0.0 else 1e-6) ** -2
-    )
+    prior[[ROLL, PITCH]] = max(settings.tilt_sigma, FREE_TILT_SIGMA if settings.tilt_sigma > 0.0 else 1e-6) ** -2
     prior[STATE_SIZE:] = settings.bias_sigma**-2
     noise = points.covariances + settings.pixel_sigma**2 * np.eye(MEASUREMENT_SIZE)
     state = np.concatenate([start, np.zeros(BIASES)])
@@ -121,9 +119,7 @@ def _noise_scales(whitened: Floats, is_feature: Masks) -> Floats:
     return scales
 
 
-def _linearize(
-    points: JointPoints, rig: StereoRig, state: Floats, noise: Floats
-) -> tuple[Floats, Floats, Floats]:
+def _linearize(points: JointPoints, rig: StereoRig, state: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
     """Return residuals (n, 4), whitened Jacobians (n, 4, 9) and whitened residuals (n, 4)."""
     view = reproject(state[:STATE_SIZE], points.positions, rig)
     # A disparity error at teaching moves a point along its ray, the more the farther away it is.

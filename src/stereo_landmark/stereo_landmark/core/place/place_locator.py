@@ -129,9 +129,7 @@ class PlaceLocator:
         observed = observed.subset(known & is_measurable(observed, self._rig))
         needed = self._settings.points_min
         if len(observed) < needed:
-            detail = (
-                f'{len(observed)} taught points are visible in both cameras, at least {needed} are needed'
-            )
+            detail = f'{len(observed)} taught points are visible in both cameras, at least {needed} are needed'
             return NoPlaceFix(NoPlaceFixReason.TOO_FEW_POINTS, detail)
         # Two points are enough (3.1) if there are no others; of more points, a third one must confirm them.
         needed = max(needed, min(len(observed), CONFIRMED_POINTS_MIN))
@@ -219,9 +217,7 @@ class PlaceLocator:
         covariance += self._settings.tilt_sigma**2 * tilt_jacobian @ tilt_jacobian.T
         return self._check_uncertainty(_make_fix(state, covariance, residuals, observed))
 
-    def _tilt_jacobian(
-        self, observed: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]
-    ) -> Floats:
+    def _tilt_jacobian(self, observed: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float]) -> Floats:
         """Return the derivatives of the closed form's x, y, z and yaw by roll and pitch, shape (4, 2)."""
         columns = []
         for axis in np.eye(2):
@@ -253,6 +249,4 @@ def _make_fix(state: Floats, covariance: Floats, residuals: Floats, observed: St
 
 def _describe_outlier(observed: StereoPoints, fit: ReprojectionFit) -> str:
     name = observed.names[int(np.argmax(fit.mahalanobis_distances))]
-    return (
-        f'point {name} is {fit.mahalanobis_distances.max():.0f} standard deviations away from its prediction'
-    )
+    return f'point {name} is {fit.mahalanobis_distances.max():.0f} standard deviations away from its prediction'

@@ -69,20 +69,13 @@ def find_consensus_set(found: SpatialPoints, taught: SpatialPoints, tilt_sigma: 
 
 @njit(cache=True, error_model='numpy')
 def _score_pairs(
-    found: Floats,
-    taught: Floats,
-    found_covariances: Floats,
-    taught_covariances: Floats,
-    pairs: Ints,
-    support: Floats,
+    found: Floats, taught: Floats, found_covariances: Floats, taught_covariances: Floats, pairs: Ints, support: Floats
 ) -> None:
     """Write the score of each point under the hypothesis of each pair, shape (m, n), from 1 (exact) to 0 (outlier)."""
     # The trace bounds the variance along any direction: points beyond it are outliers without a full test.
     distance_gates = np.empty(len(found))
     for k in range(len(found)):
-        distance_gates[k] = GATE_SIGMAS**2 * (
-            np.trace(found_covariances[k]) + np.trace(taught_covariances[k])
-        )
+        distance_gates[k] = GATE_SIGMAS**2 * (np.trace(found_covariances[k]) + np.trace(taught_covariances[k]))
     residual, noise = np.empty(3), np.empty((3, 3))
     for p in range(len(pairs)):
         i, j = pairs[p]

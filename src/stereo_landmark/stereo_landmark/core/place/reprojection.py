@@ -148,9 +148,7 @@ def _whiten(
 ) -> tuple[Floats, Floats, Floats]:
     """Return whitened residuals (n, 4), whitened Jacobians (n, 4, 6) and Mahalanobis distances (n,)."""
     view = reproject(state, taught.positions, rig)
-    total_covariances = noise + view.point_jacobian @ taught.covariances @ view.point_jacobian.transpose(
-        0, 2, 1
-    )
+    total_covariances = noise + view.point_jacobian @ taught.covariances @ view.point_jacobian.transpose(0, 2, 1)
     sqrt_information = np.linalg.inv(np.linalg.cholesky(total_covariances))
     residuals = (sqrt_information @ (observed.pixels - view.pixels)[:, :, None])[:, :, 0]
     mahalanobis_distances = np.where(view.in_front, np.linalg.norm(residuals, axis=1), np.inf)

@@ -149,12 +149,7 @@ def refine_corner(corner: Corner, image: GreyImage) -> Corner | None:
         vertex,
         math.acos(min(max(float(first.direction @ second.direction), -1.0), 1.0)),
         math.atan2(middle[1], middle[0]),
-        np.array(
-            [
-                (arm_end - vertex) @ arm.direction
-                for arm_end, arm in zip(arm_ends, (first, second), strict=True)
-            ]
-        ),
+        np.array([(arm_end - vertex) @ arm.direction for arm_end, arm in zip(arm_ends, (first, second), strict=True)]),
         corner.polarity,
         covariance,
     )
@@ -173,9 +168,7 @@ def _suppress_duplicates(vertices: Floats, bisectors: Floats, lengths: Floats) -
     return np.asarray(order[np.sort(first)], dtype=np.int64)
 
 
-def intersection_covariance(
-    vertices: Floats, middles: Floats, directions: Floats, variances: Floats
-) -> Floats:
+def intersection_covariance(vertices: Floats, middles: Floats, directions: Floats, variances: Floats) -> Floats:
     """Return the covariances of intersections of two lines each, shape (n, 2, 2) [px²].
 
     The variance of a line's offset at the vertex is that at its middle plus that of its direction times the squared

@@ -145,15 +145,9 @@ def _mark_intersecting(
         dx, dy, cross = xs[m] - x, ys[m] - y, u * vs[m] - v * us[m]
         sine, sign = abs(cross), 1.0 if cross >= 0.0 else -1.0
         gap, other_gap = sign * (dx * vs[m] - dy * us[m]), sign * (dx * v - dy * u)
-        near = (
-            (abs(dx) <= gap_limit + gap_limits[m])
-            & (abs(dy) <= gap_limit + gap_limits[m])
-            & (sine >= sine_min)
-        )
+        near = (abs(dx) <= gap_limit + gap_limits[m]) & (abs(dy) <= gap_limit + gap_limits[m]) & (sine >= sine_min)
         is_mine = (gap >= -overshoot_limit * sine) & (gap <= gap_limit * sine)
-        marks[m] = (
-            near & is_mine & (other_gap >= -overshoot_limits[m] * sine) & (other_gap <= gap_limits[m] * sine)
-        )
+        marks[m] = near & is_mine & (other_gap >= -overshoot_limits[m] * sine) & (other_gap <= gap_limits[m] * sine)
 
 
 @njit(cache=True, error_model='numpy')

@@ -81,9 +81,7 @@ class _ProfileFits(NamedTuple):
 
 
 @njit(cache=True, error_model='numpy')
-def fit_edge_profiles(
-    pixels: BandPixels, curves: Floats, count: int, core: float, is_straight: bool
-) -> ProfileOffsets:
+def fit_edge_profiles(pixels: BandPixels, curves: Floats, count: int, core: float, is_straight: bool) -> ProfileOffsets:
     """Fit two grey levels, an offset and the blur to the pixels of each profile by least squares.
 
     Each pixel is used once, without interpolation, so the errors of the profiles are independent. A wider band
@@ -160,9 +158,7 @@ def _clear_range(
         interpolate_response(curves[pixels.directions[p]], distance, response)
         inside = response[0] * pixels.visibility[p] + response[1] * pixels.corner_terms[p]
         residual = pixels.values[p] - fits.solutions[k, 0] - fits.solutions[k, 1] * inside
-        sums[int(distance > 0.0), bin_index] += min(
-            max(residual, -_INLIER_SIGMAS * noise), _INLIER_SIGMAS * noise
-        )
+        sums[int(distance > 0.0), bin_index] += min(max(residual, -_INLIER_SIGMAS * noise), _INLIER_SIGMAS * noise)
         counts[int(distance > 0.0), bin_index] += 1.0
     contrast = np.nanmedian(np.abs(fits.solutions[:, 1]))
     limits = np.full(2, core + _BIN_COUNT * _BIN_WIDTH)

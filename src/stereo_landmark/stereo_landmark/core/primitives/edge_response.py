@@ -60,12 +60,7 @@ def edge_response(distances: Floats, blur: float, angle: float) -> Floats:
     wide = 0.5 * np.cos(angle)
     narrow = 0.5 * max(np.sin(angle), _TILT_MIN)
     total = np.zeros((len(distances), 3))
-    for shift, sign in (
-        (wide + narrow, 1.0),
-        (wide - narrow, -1.0),
-        (-wide + narrow, -1.0),
-        (-wide - narrow, 1.0),
-    ):
+    for shift, sign in ((wide + narrow, 1.0), (wide - narrow, -1.0), (-wide + narrow, -1.0), (-wide - narrow, 1.0)):
         z = (distances + shift) / blur
         area, density = ndtr(z), np.exp(-0.5 * z * z) / np.sqrt(2.0 * np.pi)
         second = 0.5 * blur**2 * ((z * z + 1.0) * area + z * density)

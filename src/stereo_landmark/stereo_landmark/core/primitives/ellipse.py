@@ -135,10 +135,7 @@ def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ell
     """
     spans, shapes = find_arcs(segments.points, segments.vertex_indices, segments.vertex_starts)
     limits = EllipseLimits(
-        settings.ellipse_axis_min,
-        settings.ellipse_axis_max,
-        settings.ellipse_flatness_min,
-        settings.ellipse_seen_min,
+        settings.ellipse_axis_min, settings.ellipse_axis_max, settings.ellipse_flatness_min, settings.ellipse_seen_min
     )
     rows = search_ellipses(segments.points, segments.gradients, segments.index, spans, shapes, limits)
     rows = rows[np.argsort(-rows[:, 6] * rows[:, 2:4].sum(axis=1), kind='stable')]
@@ -167,8 +164,7 @@ def refine_ellipse(ellipse: Ellipse, image: GreyImage) -> Ellipse | None:
         parameters[4] += 0.5 * math.pi
     tilt = 0.5 * math.pi - math.remainder(0.5 * math.pi - float(parameters[4]), math.pi)
     return Ellipse(
-        *(parameters[:2], parameters[2:4], tilt, ellipse.polarity, refined.inlier_fraction),
-        covariance=covariance,
+        *(parameters[:2], parameters[2:4], tilt, ellipse.polarity, refined.inlier_fraction), covariance=covariance
     )
 
 
@@ -271,9 +267,7 @@ def _outline_band(
             directions[n] = direction_bin(cos_r * nu - sin_r * nv, sin_r * nu + cos_r * nv)
             values[n] = image[y, x]
             n += 1
-    return BandPixels(
-        profiles[:n], distances[:n], directions[:n], values[:n], np.ones(n), np.zeros(n)
-    ), jacobian
+    return BandPixels(profiles[:n], distances[:n], directions[:n], values[:n], np.ones(n), np.zeros(n)), jacobian
 
 
 @njit(cache=True, error_model='numpy')

@@ -43,12 +43,7 @@ class EllipseLimits(NamedTuple):
 
 @njit(cache=True, error_model='numpy')
 def search_ellipses(
-    points: Floats,
-    gradients: Floats,
-    index: NDArray[np.int32],
-    spans: Ints,
-    shapes: Floats,
-    limits: EllipseLimits,
+    points: Floats, gradients: Floats, index: NDArray[np.int32], spans: Ints, shapes: Floats, limits: EllipseLimits
 ) -> Floats:
     """Return the verified ellipses, shape (n, 8).
 
@@ -123,13 +118,9 @@ def _mark_compatible_arcs(features: Floats, turn: float, i: int, is_compatible: 
         squared_limit = (_DISTANCE_MAX * radius) ** 2
         for m in range(3):
             dx, dy = features[2 * m, j] - features[2, i], features[2 * m + 1, j] - features[3, i]
-            compatible &= (dx * features[6, i] + dy * features[7, i] >= 0.0) & (
-                dx * dx + dy * dy <= squared_limit
-            )
+            compatible &= (dx * features[6, i] + dy * features[7, i] >= 0.0) & (dx * dx + dy * dy <= squared_limit)
             dx, dy = features[2 * m, i] - features[2, j], features[2 * m + 1, i] - features[3, j]
-            compatible &= (dx * features[6, j] + dy * features[7, j] >= 0.0) & (
-                dx * dx + dy * dy <= squared_limit
-            )
+            compatible &= (dx * features[6, j] + dy * features[7, j] >= 0.0) & (dx * dx + dy * dy <= squared_limit)
         is_compatible[j] = compatible
     is_compatible[i] = abs(turn) > _SINGLE_ARC_TURN_MIN
 
@@ -196,10 +187,7 @@ def edges_near_outline(
     while t < 2.0 * np.pi and count < len(inliers):
         speed = np.sqrt((a * sin_t) ** 2 + (b * cos_t) ** 2)
         x, y = cx + cos_r * a * cos_t - sin_r * b * sin_t, cy + sin_r * a * cos_t + cos_r * b * sin_t
-        nx, ny = (
-            (cos_r * b * cos_t - sin_r * a * sin_t) / speed,
-            (sin_r * b * cos_t + cos_r * a * sin_t) / speed,
-        )
+        nx, ny = ((cos_r * b * cos_t - sin_r * a * sin_t) / speed, (sin_r * b * cos_t + cos_r * a * sin_t) / speed)
         # The small rotation avoids trigonometric functions.
         turn = step / speed
         squared = turn * turn

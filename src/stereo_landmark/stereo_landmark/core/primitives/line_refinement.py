@@ -140,13 +140,7 @@ def _write_line_equation(ends: Floats, line: Floats) -> None:
 
 @njit(cache=True, error_model='numpy')
 def _refine_once(
-    image: GreyImage,
-    line: Floats,
-    blur_index: int,
-    table: Floats,
-    adjacent_edges: Floats,
-    k: int,
-    lines: _RefinedLines,
+    image: GreyImage, line: Floats, blur_index: int, table: Floats, adjacent_edges: Floats, k: int, lines: _RefinedLines
 ) -> tuple[int, float]:
     """Refine a line, shape (2, 2), by one iteration and write the results of line k.
 
@@ -236,12 +230,7 @@ def apply_adjacent_edge(
 
 @njit(cache=True, error_model='numpy')
 def line_band(
-    image: GreyImage,
-    middle: tuple[float, float],
-    direction: tuple[float, float],
-    span: float,
-    width: float,
-    count: int,
+    image: GreyImage, middle: tuple[float, float], direction: tuple[float, float], span: float, width: float, count: int
 ) -> tuple[BandPixels, Floats]:
     """Return the pixels in a band along the middle part of a line, and their positions along it [px]."""
     height, columns = image.shape
@@ -263,15 +252,11 @@ def line_band(
             distances[n], values[n], positions[n] = across, image[y, x], along
             n += 1
     directions = np.full(n, direction_bin(-dy, dx), np.int32)
-    return BandPixels(
-        profiles[:n], distances[:n], directions, values[:n], np.ones(n), np.zeros(n)
-    ), positions[:n]
+    return BandPixels(profiles[:n], distances[:n], directions, values[:n], np.ones(n), np.zeros(n)), positions[:n]
 
 
 @njit(cache=True, error_model='numpy')
-def _row_interval(
-    ey: float, dx: float, dy: float, span: float, width: float, extent_x: float
-) -> tuple[float, float]:
+def _row_interval(ey: float, dx: float, dy: float, span: float, width: float, extent_x: float) -> tuple[float, float]:
     """Return the interval of x, from the middle, in which an image row crosses the band [px]."""
     low, high = -extent_x, extent_x
     if abs(dy) > 0.05:

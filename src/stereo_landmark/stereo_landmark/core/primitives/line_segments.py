@@ -40,15 +40,11 @@ def fit_line_segments(segments: Segments, settings: PrimitiveSettings) -> LineSe
         segments: segments of the image.
         settings: detection settings.
     """
-    sums = sum_moments(
-        segments.points, segments.vertex_indices, segments.vertex_starts, settings.side_length_min
-    )
+    sums = sum_moments(segments.points, segments.vertex_indices, segments.vertex_starts, settings.side_length_min)
     ends, support, variances = fit_lines(sums)
     members, starts = join_collinear(ends, settings.side_gap_max, settings.side_offset_max)
     joined = fit_lines(_sum_groups(sums[members], starts))
-    return LineSegments(
-        *(np.concatenate(pair) for pair in zip((ends, support, variances), joined, strict=True))
-    )
+    return LineSegments(*(np.concatenate(pair) for pair in zip((ends, support, variances), joined, strict=True)))
 
 
 def _sum_groups(sums: Floats, starts: Ints) -> Floats:
@@ -95,9 +91,7 @@ def sum_moments(
         for b in range(vertex_starts[s], vertex_starts[s + 1] - 1):
             first, last = vertex_indices[b], vertex_indices[b + 1]
             length = np.hypot(points[last, 0] - points[first, 0], points[last, 1] - points[first, 1])
-            if length < length_min or _is_in_arc(
-                points, vertex_indices, b, vertex_starts[s], vertex_starts[s + 1]
-            ):
+            if length < length_min or _is_in_arc(points, vertex_indices, b, vertex_starts[s], vertex_starts[s + 1]):
                 continue
             skipped = _SKIPPED_POINTS if last - first + 1 >= _SKIP_COUNT_MIN else 0
             row = sums[count]
@@ -132,9 +126,7 @@ def _is_in_arc(points: Floats, vertex_indices: NDArray[np.int32], b: int, first:
         mean_height += dy * (points[i, 0] - p[0]) - dx * (points[i, 1] - p[1])
     mean_height /= max(vertex_indices[b + 1] - vertex_indices[b] - 1, 1) * np.sqrt(squared)
     expected_height = np.sqrt(squared) * 0.5 * (before + after) / 8.0 * _MEAN_TO_SAGITTA
-    return mean_height * expected_height > 0.0 and abs(mean_height) > _SAGITTA_RATIO_MIN * abs(
-        expected_height
-    )
+    return mean_height * expected_height > 0.0 and abs(mean_height) > _SAGITTA_RATIO_MIN * abs(expected_height)
 
 
 @njit(cache=True, error_model='numpy')
@@ -249,9 +241,7 @@ def _find_successors(ends: Floats, gap_max: float, offset_max: float) -> Ints:
 
 
 @njit(cache=True, error_model='numpy')
-def _gap(
-    ends: Floats, steps: Floats, lengths: Floats, i: int, j: int, offset_max: float, gap_max: float
-) -> float:
+def _gap(ends: Floats, steps: Floats, lengths: Floats, i: int, j: int, offset_max: float, gap_max: float) -> float:
     """Return the gap from the end of i to the start of j [px], infinite if they are not collinear or too far apart."""
     dx, dy = ends[j, 0, 0] - ends[i, 1, 0], ends[j, 0, 1] - ends[i, 1, 1]
     along = (dx * steps[i, 0] + dy * steps[i, 1]) / lengths[i]

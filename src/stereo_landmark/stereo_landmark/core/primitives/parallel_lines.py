@@ -49,9 +49,7 @@ class ParallelLines:
         """End points of both lines, shape (2, 2, 2) [px]: the one on the side of -normal first."""
         along = 0.5 * self.length * self.direction
         across = 0.5 * self.width * np.array([-self.direction[1], self.direction[0]])
-        return np.array(
-            [[self.centre + s * across - along, self.centre + s * across + along] for s in (-1.0, 1.0)]
-        )
+        return np.array([[self.centre + s * across - along, self.centre + s * across + along] for s in (-1.0, 1.0)])
 
     @property
     def shape_vector(self) -> tuple[float, ...]:
@@ -142,9 +140,7 @@ def refine_parallel_lines(found: ParallelLines, image: GreyImage) -> ParallelLin
     offsets = np.array([row[0] for row in rows])
     variances = np.array([row[1] for row in rows])
     tilt = math.atan2(direction[1], direction[0])
-    covariance = np.diag(
-        [0.25 * variances.sum(), 0.25 * (first.variances[1] + second.variances[1]), variances.sum()]
-    )
+    covariance = np.diag([0.25 * variances.sum(), 0.25 * (first.variances[1] + second.variances[1]), variances.sum()])
     covariance[0, 2] = covariance[2, 0] = 0.5 * (variances[1] - variances[0])
     return replace(
         found,
@@ -155,9 +151,7 @@ def refine_parallel_lines(found: ParallelLines, image: GreyImage) -> ParallelLin
     )
 
 
-def _offset_at_centre(
-    line: RefinedLine, centre: Floats, direction: Floats, normal: Floats
-) -> tuple[float, float]:
+def _offset_at_centre(line: RefinedLine, centre: Floats, direction: Floats, normal: Floats) -> tuple[float, float]:
     """Return a line's offset from the centre along the normal [px], and its variance [px²]."""
     along = float((centre - line.middle) @ direction) / float(line.direction @ direction)
     offset = float((line.middle + along * line.direction - centre) @ normal)
@@ -193,14 +187,7 @@ def _find_pairs(
 
 @njit(cache=True, error_model='numpy')
 def _measure_pair(
-    ends: Floats,
-    steps: Floats,
-    lengths: Floats,
-    i: int,
-    j: int,
-    width_max: float,
-    overlap_min: float,
-    row: Floats,
+    ends: Floats, steps: Floats, lengths: Floats, i: int, j: int, width_max: float, overlap_min: float, row: Floats
 ) -> bool:
     # The common direction is that of the sum; offsets are taken at the middle of the overlap.
     same = steps[i, 0] * steps[j, 0] + steps[i, 1] * steps[j, 1] > 0.0

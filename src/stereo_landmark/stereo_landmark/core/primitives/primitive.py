@@ -9,12 +9,7 @@ import numpy as np
 
 from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.primitives.corner import Corner, CornerTolerance, corner_differences, refine_corner
-from stereo_landmark.core.primitives.ellipse import (
-    Ellipse,
-    EllipseTolerance,
-    ellipse_differences,
-    refine_ellipse,
-)
+from stereo_landmark.core.primitives.ellipse import Ellipse, EllipseTolerance, ellipse_differences, refine_ellipse
 from stereo_landmark.core.primitives.parallel_lines import (
     ParallelLines,
     ParallelLinesTolerance,

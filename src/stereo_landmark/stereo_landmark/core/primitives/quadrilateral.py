@@ -9,11 +9,7 @@ import numpy as np
 
 from shirube_core.settings import setting
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints
-from stereo_landmark.core.primitives.corner import (
-    intersect_lines,
-    intersection_covariance,
-    joint_corner_covariance,
-)
+from stereo_landmark.core.primitives.corner import intersect_lines, intersection_covariance, joint_corner_covariance
 from stereo_landmark.core.primitives.corner_links import CornerLinks, link_corners, nearest_links
 from stereo_landmark.core.primitives.line_refinement import refine_lines
 from stereo_landmark.core.primitives.line_segments import LineSegments
@@ -75,9 +71,7 @@ class Quadrilateral:
     def image_points(self) -> dict[str, ImagePoint]:
         """Return the candidates for corresponding points, by name: corners and centre."""
         blocks = self.covariance.reshape(4, 2, 4, 2)
-        points = {
-            f'corner_{k}': ImagePoint(self.corners[k], blocks[k, :, k, :]) for k in range(len(self.corners))
-        }
+        points = {f'corner_{k}': ImagePoint(self.corners[k], blocks[k, :, k, :]) for k in range(len(self.corners))}
         points['centre'] = ImagePoint(self.centre, blocks.sum(axis=(0, 2)) / 16.0)
         return points
 
@@ -85,9 +79,7 @@ class Quadrilateral:
         """Return the same quadrilateral with its corners rotated by a number of steps."""
         order = np.roll(np.arange(4), -steps)
         coordinates = (2 * order[:, None] + np.arange(2)).ravel()
-        return replace(
-            self, corners=self.corners[order], covariance=self.covariance[np.ix_(coordinates, coordinates)]
-        )
+        return replace(self, corners=self.corners[order], covariance=self.covariance[np.ix_(coordinates, coordinates)])
 
 
 @dataclass(frozen=True)
@@ -115,9 +107,7 @@ def quadrilateral_differences(found: Floats, taught: Floats, tolerance: Quadrila
 
 def match_corner_order(found: Quadrilateral, taught: Quadrilateral) -> Quadrilateral:
     """Return a detected quadrilateral with its corners in the order of the taught one."""
-    return found.rotate_corners(
-        best_corner_rotation(np.array(found.shape_vector), np.array(taught.shape_vector))
-    )
+    return found.rotate_corners(best_corner_rotation(np.array(found.shape_vector), np.array(taught.shape_vector)))
 
 
 def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Quadrilateral]:
@@ -130,9 +120,7 @@ def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> L
     Returns:
         quadrilaterals without duplicates, by falling visible fraction.
     """
-    links = link_corners(
-        lines.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min
-    )
+    links = link_corners(lines.ends, settings.hidden_corner_max, settings.corner_gap_max, settings.corner_angle_min)
     if len(links.gaps) > _LINKS_MAX:
         links = nearest_links(links, _LINKS_PER_END)
     graph = _corner_graph(links, lines.ends, lines.support, settings.side_seen_min, settings.outline_seen_min)
@@ -169,9 +157,7 @@ def refine_quadrilateral(found: Quadrilateral, image: GreyImage) -> Quadrilatera
     if np.abs(corners - found.corners).max() > _SHIFT_MAX:
         return None
     inlier_fraction = float(np.mean([line.inlier_fraction for line in lines]))
-    return replace(
-        found, corners=corners, seen=inlier_fraction, covariance=joint_corner_covariance(lines, corners)
-    )
+    return replace(found, corners=corners, seen=inlier_fraction, covariance=joint_corner_covariance(lines, corners))
 
 
 def _start_at_upper_left(corners: Floats, cycles: Ints) -> tuple[Floats, Ints]:
@@ -217,8 +203,7 @@ def _corner_graph(
     incoming = np.argsort(to_ends, kind='stable')
     numbers = np.arange(2 * len(support) + 1)
     starts, incoming_starts = (
-        np.searchsorted(sorted_ends, numbers).astype(np.int64)
-        for sorted_ends in (from_ends, to_ends[incoming])
+        np.searchsorted(sorted_ends, numbers).astype(np.int64) for sorted_ends in (from_ends, to_ends[incoming])
     )
     # The segment that is left was entered at its other end.
     exit_positions = positions_along(ends, from_ends ^ 1, vertices)

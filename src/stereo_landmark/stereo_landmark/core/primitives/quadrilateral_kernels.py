@@ -129,9 +129,7 @@ def _close_cycles(
 def _side_length(graph: CornerGraph, before: int, after: int) -> float:
     """Return the length of a side between two links [px], 0 if too little of it is visible."""
     length = graph.exit_positions[after] - graph.entry_positions[before]
-    return (
-        max(length, 0.0) if graph.support[graph.to_ends[before] >> 1] >= graph.side_seen_min * length else 0.0
-    )
+    return max(length, 0.0) if graph.support[graph.to_ends[before] >> 1] >= graph.side_seen_min * length else 0.0
 
 
 @njit(cache=True, error_model='numpy')
@@ -173,9 +171,7 @@ def suppress_duplicates(outlines: Floats, order: Ints, distance: float) -> Ints:
 
 
 @njit(cache=True, error_model='numpy')
-def _is_new(
-    outlines: Floats, k: int, kept: Ints, column: int, last: Ints, before: Ints, distance: float
-) -> bool:
+def _is_new(outlines: Floats, k: int, kept: Ints, column: int, last: Ints, before: Ints, distance: float) -> bool:
     for near in range(column - 1, column + 2):
         number = last[near]
         while number >= 0:

@@ -35,9 +35,7 @@ def predict_pixels(states: Floats, positions: Floats, view: CameraView) -> Float
         positions: points in the place's frame, shape (k, 3) [m].
         view: stereo view with cameras and tilt.
     """
-    return np.asarray(
-        _project(states, positions, view.camera.rotation, view.camera.position, stereo_intrinsics(view))
-    )
+    return np.asarray(_project(states, positions, view.camera.rotation, view.camera.position, stereo_intrinsics(view)))
 
 
 def is_in_view(pixels: Floats, rig: StereoRig) -> Masks:
@@ -45,10 +43,7 @@ def is_in_view(pixels: Floats, rig: StereoRig) -> Masks:
     width, height = rig.left.width, rig.left.height
     u, v = pixels[..., 0], pixels[..., 1]
     return np.asarray(
-        (u > BORDER_MARGIN)
-        & (u < width - 1 - BORDER_MARGIN)
-        & (v > BORDER_MARGIN)
-        & (v < height - 1 - BORDER_MARGIN)
+        (u > BORDER_MARGIN) & (u < width - 1 - BORDER_MARGIN) & (v > BORDER_MARGIN) & (v < height - 1 - BORDER_MARGIN)
     )
 
 
@@ -115,9 +110,7 @@ def fit_coarse_pose(
 
 
 @njit(cache=True, error_model='numpy')
-def _project(
-    states: Floats, positions: Floats, rotation: Floats, position: Floats, intrinsics: Floats
-) -> Floats:
+def _project(states: Floats, positions: Floats, rotation: Floats, position: Floats, intrinsics: Floats) -> Floats:
     pixels = np.full((len(states), len(positions), 4), np.nan)
     optical = np.empty(3)
     for h in range(len(states)):
@@ -214,12 +207,7 @@ def _write_normal_equations(
 
 @njit(cache=True, error_model='numpy')
 def _write_weights(
-    jacobian: Floats,
-    residual: Floats,
-    covariance: Floats,
-    row_difference: float,
-    spread: Floats,
-    weights: Floats,
+    jacobian: Floats, residual: Floats, covariance: Floats, row_difference: float, spread: Floats, weights: Floats
 ) -> None:
     """Write the information of u left, mean v and u right, with the Huber weight."""
     variance = DETECTED_SIGMA**2
@@ -261,11 +249,7 @@ def _linearize(
 ) -> bool:
     """Write residual and Jacobian of u left, mean v and u right of a point; return whether it is visible."""
     axes, camera_position, intrinsics = camera
-    dx, dy, dz = (
-        taught[0] - camera_position[0],
-        taught[1] - camera_position[1],
-        taught[2] - camera_position[2],
-    )
+    dx, dy, dz = (taught[0] - camera_position[0], taught[1] - camera_position[1], taught[2] - camera_position[2])
     x = axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz
     y = axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz
     z = axes[0, 2] * dx + axes[1, 2] * dy + axes[2, 2] * dz

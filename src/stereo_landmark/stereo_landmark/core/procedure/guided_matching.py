@@ -75,18 +75,12 @@ def similar_primitives(
         if indices:
             shapes = shape_vectors(kind, [taught[k].shape for k in indices])
             rows.update(
-                zip(
-                    indices,
-                    shape_differences(kind, detected.shape_vectors, shapes, tolerances) <= 1.0,
-                    strict=True,
-                )
+                zip(indices, shape_differences(kind, detected.shape_vectors, shapes, tolerances) <= 1.0, strict=True)
             )
     return [rows[k] for k in range(len(taught))]
 
 
-def _find_candidates(
-    taught: TaughtPrimitive, similar: Ints, view: StereoView, depths: Floats
-) -> StereoCandidates:
+def _find_candidates(taught: TaughtPrimitive, similar: Ints, view: StereoView, depths: Floats) -> StereoCandidates:
     here, there = view.detected_pair(taught.kind)
     right = view.match_indices(taught.kind)[similar]
     left, right = similar[right >= 0], right[right >= 0]
@@ -95,14 +89,10 @@ def _find_candidates(
     kept = (points[:, 2] >= depths[0]) & (points[:, 2] <= depths[1])
     positions = points[kept] @ view.camera.rotation.T + view.camera.position
     left, right, pixels = left[kept], right[kept], pixels[kept]
-    return StereoCandidates(
-        left, right, pixels[:, :3], positions, _invariant_points(taught, left, right, view, pixels)
-    )
+    return StereoCandidates(left, right, pixels[:, :3], positions, _invariant_points(taught, left, right, view, pixels))
 
 
-def _invariant_points(
-    taught: TaughtPrimitive, left: Ints, right: Ints, view: StereoView, centres: Floats
-) -> Floats:
+def _invariant_points(taught: TaughtPrimitive, left: Ints, right: Ints, view: StereoView, centres: Floats) -> Floats:
     """Return the corners of quadrilaterals, shape (n, 4, 4), and the centres of other kinds, shape (n, 1, 4) [px]."""
     if taught.kind is not PrimitiveKind.QUADRILATERAL:
         return centres[:, None]
@@ -188,10 +178,7 @@ class GuidedMatcher:
         indices = np.flatnonzero(chosen[:, 0] >= 0).tolist()
         if not indices:
             return None
-        seen = [
-            np.hstack([self._candidates[side][k].points[chosen[k, side]] for side in range(2)])
-            for k in indices
-        ]
+        seen = [np.hstack([self._candidates[side][k].points[chosen[k, side]] for side in range(2)]) for k in indices]
         positions = np.concatenate([self._points[k].positions for k in indices])
         covariances = np.concatenate([self._points[k].covariances for k in indices])
         return fit_coarse_pose(state, positions, covariances, np.concatenate(seen), self._view)
@@ -206,9 +193,7 @@ class GuidedMatcher:
                     for side, detected in enumerate(self._view.detected_pair(taught.kind))
                 )
                 name = f'{self._target.name}/{taught.name}'
-                pairs.append(
-                    (name, align_point_order(left, taught.shape), align_point_order(right, taught.shape))
-                )
+                pairs.append((name, align_point_order(left, taught.shape), align_point_order(right, taught.shape)))
         return pairs
 
     def _depths(self, states: Floats) -> Floats:
@@ -220,9 +205,7 @@ class GuidedMatcher:
 
 
 def _candidates(
-    taught: tuple[TaughtPrimitive, ...],
-    kinds: dict[PrimitiveKind, DetectedPrimitives],
-    tolerances: Tolerances,
+    taught: tuple[TaughtPrimitive, ...], kinds: dict[PrimitiveKind, DetectedPrimitives], tolerances: Tolerances
 ) -> list[_Candidates]:
     return [
         _make_candidates(each, kinds[each.kind], np.flatnonzero(row))
@@ -233,9 +216,7 @@ def _candidates(
 def _make_candidates(taught: TaughtPrimitive, detected: DetectedPrimitives, indices: Ints) -> _Candidates:
     centres = detected.centres[indices][:, None]
     if taught.kind is not PrimitiveKind.QUADRILATERAL:
-        expected_sizes = (
-            detected.shape_vectors[indices, 0] if taught.kind is PrimitiveKind.ELLIPSE else np.empty(0)
-        )
+        expected_sizes = detected.shape_vectors[indices, 0] if taught.kind is PrimitiveKind.ELLIPSE else np.empty(0)
         return _Candidates(indices, centres, expected_sizes)
     shapes = detected.shape_vectors[indices]
     (first,) = shape_vectors(taught.kind, [taught.shape])

@@ -16,12 +16,7 @@ import numpy as np
 from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.place.point_registration import closed_form, find_consensus_set
-from stereo_landmark.core.procedure.coarse_pose import (
-    DETECTED_SIGMA,
-    image_distances,
-    is_in_view,
-    predict_pixels,
-)
+from stereo_landmark.core.procedure.coarse_pose import DETECTED_SIGMA, image_distances, is_in_view, predict_pixels
 from stereo_landmark.core.procedure.pose_hypotheses import FALSE_POSITIVE_MIN
 from stereo_landmark.core.procedure.procedure_tree import Combination, ProcedureTree
 from stereo_landmark.core.procedure.stereo_matching import ROW_DIFFERENCE_MAX
@@ -123,13 +118,9 @@ class PaperSearch:
         refined = ((name, refine_pair(one, other, images)) for name, one, other in best.pairs)
         measured = [(name, *pair) for name, pair in refined if pair is not None]
         points = correct_circle_centres(stereo_points(measured), target, best.state, cameras)
-        return TargetDetection(
-            target.name, best.state, points, tuple(name for name, *_ in measured), best.score
-        )
+        return TargetDetection(target.name, best.state, points, tuple(name for name, *_ in measured), best.score)
 
-    def _procedure_tree(
-        self, target: TaughtTarget, side: int, image: GreyImage, cameras: _Cameras
-    ) -> ProcedureTree:
+    def _procedure_tree(self, target: TaughtTarget, side: int, image: GreyImage, cameras: _Cameras) -> ProcedureTree:
         """Return the procedure tree of one image, the left (side 0) or the right one."""
         # Regions in which the primitives can be: where the robot sees them from the poses that are searched.
         distance, yaw = self._settings.distance_max, self._settings.yaw_max
@@ -161,10 +152,7 @@ class PaperSearch:
                 yield candidate
 
     def _locate(
-        self,
-        target: TaughtTarget,
-        both: list[tuple[TaughtPrimitive, Detection, Detection]],
-        cameras: _Cameras,
+        self, target: TaughtTarget, both: list[tuple[TaughtPrimitive, Detection, Detection]], cameras: _Cameras
     ) -> _Candidate | None:
         """Return a candidate with its pose and score; None if the robot cannot be there."""
         pairs = [
@@ -231,8 +219,7 @@ class PaperSearch:
         states = np.array([each.state for each in candidates])
         is_distinct = image_distances(states, target.positions, cameras) > DISTINCT_POSE_DISTANCE
         rival = max(
-            (each.score for each, is_other in zip(candidates, is_distinct, strict=True) if is_other),
-            default=0.0,
+            (each.score for each, is_other in zip(candidates, is_distinct, strict=True) if is_other), default=0.0
         )
         margin = self._settings.margin + self._found_score - self._missing_score
         if rival >= self._settings.log_likelihood_ratio_min and best - rival < margin:

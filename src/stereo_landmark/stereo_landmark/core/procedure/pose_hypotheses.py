@@ -87,9 +87,7 @@ def _matched_cells(matches: Ints, candidates: Sequence[StereoCandidates]) -> Int
     return cells
 
 
-def _select_best(
-    states: Floats, matches: Ints, misfits: Floats, paths: Ints, cells: Ints
-) -> list[PoseHypothesis]:
+def _select_best(states: Floats, matches: Ints, misfits: Floats, paths: Ints, cells: Ints) -> list[PoseHypothesis]:
     """Return hypotheses, of those with matches in the same cells the one with the smallest misfit."""
     counts = (matches >= 0).sum(axis=1)
     chosen: list[int] = []
@@ -166,13 +164,7 @@ def _sort_by_row(starts: Ints, centres: Floats, order: Ints) -> tuple[Floats, In
 
 @njit(cache=True, error_model='numpy')
 def _nearest(
-    expected: Floats,
-    centres: Floats,
-    firsts: Ints,
-    end: int,
-    order: Ints,
-    radius: float,
-    squared_distances: Floats,
+    expected: Floats, centres: Floats, firsts: Ints, end: int, order: Ints, radius: float, squared_distances: Floats
 ) -> tuple[int, float]:
     """Return index and distance [px] of the candidate nearest to a predicted pixel; -1 if none is within the radius.
 
@@ -233,24 +225,16 @@ class PoseScorer:
     """
 
     def __init__(
-        self,
-        expected: Sequence[TaughtPrimitive],
-        view: StereoView,
-        tolerances: Tolerances,
-        settings: SearchSettings,
+        self, expected: Sequence[TaughtPrimitive], view: StereoView, tolerances: Tolerances, settings: SearchSettings
     ) -> None:
         self._positions = np.array([primitive.position for primitive in expected]).reshape(-1, 3)
         self._view = view
         similar = similar_primitives(expected, view.left.kinds, tolerances)
         similar_counts = [int(row.sum()) for row in similar]
         self._starts = np.cumsum([0, *similar_counts])
-        centres = [
-            view.left.kinds[each.kind].centres[row] for each, row in zip(expected, similar, strict=True)
-        ]
+        centres = [view.left.kinds[each.kind].centres[row] for each, row in zip(expected, similar, strict=True)]
         self._centres = np.concatenate([np.empty((0, 2)), *centres])
-        self._false_positives = np.array(
-            [self._false_positive_probability(primitive) for primitive in expected]
-        )
+        self._false_positives = np.array([self._false_positive_probability(primitive) for primitive in expected])
         self._detection_probability = settings.detection_probability
 
     def score(self, states: Floats) -> Floats:

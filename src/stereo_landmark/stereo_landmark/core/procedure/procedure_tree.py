@@ -119,9 +119,7 @@ class ProcedureTree:
         spread = sum(abs(self._centres[k] - taught_mean) ** 2 for k in found)
         if spread <= self._settings.window**2:
             return mean, taught_mean, complex(found[first].size / self._sizes[first]), False
-        turned = (
-            (each.centre - mean) * (self._centres[k] - taught_mean).conjugate() for k, each in found.items()
-        )
+        turned = ((each.centre - mean) * (self._centres[k] - taught_mean).conjugate() for k, each in found.items())
         return mean, taught_mean, sum(turned) / spread, True
 
     def _misfit(self, found: dict[int, Detection]) -> float:

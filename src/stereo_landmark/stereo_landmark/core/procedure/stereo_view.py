@@ -27,12 +27,7 @@ from stereo_landmark.core.primitives.primitive import (
 )
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.shape import LazyShapes
-from stereo_landmark.core.procedure.stereo_matching import (
-    candidate_pairs,
-    is_contested,
-    mutual_best,
-    neighbour_support,
-)
+from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, is_contested, mutual_best, neighbour_support
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoPoints, StereoRig
 
 
@@ -237,8 +232,7 @@ def match_pairs(
         requested,
     )
     return np.asarray(
-        pairs[kind_index][mutual_best(pairs[kind_index], disparities[kind_index], support[begin:end])],
-        dtype=np.int64,
+        pairs[kind_index][mutual_best(pairs[kind_index], disparities[kind_index], support[begin:end])], dtype=np.int64
     )
 
 

@@ -11,11 +11,7 @@ import numpy as np
 from stereo_landmark.core.arrays import Floats, Ints
 from stereo_landmark.core.primitives.primitive import point_names
 from stereo_landmark.core.procedure.coarse_pose import fit_coarse_pose, image_distances
-from stereo_landmark.core.procedure.guided_matching import (
-    GuidedMatcher,
-    StereoCandidates,
-    find_stereo_candidates,
-)
+from stereo_landmark.core.procedure.guided_matching import GuidedMatcher, StereoCandidates, find_stereo_candidates
 from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, PoseScorer, generate_hypotheses
 from stereo_landmark.core.procedure.stereo_view import (
     CameraView,
@@ -132,9 +128,7 @@ class TargetSearch:
         fits = self._match_again(GuidedMatcher(target, points, view, tolerances), fits)
         return self._select(target, fits, view)
 
-    def search_at(
-        self, target: TaughtTarget, view: StereoView, state: Floats
-    ) -> TargetDetection | NoTargetDetection:
+    def search_at(self, target: TaughtTarget, view: StereoView, state: Floats) -> TargetDetection | NoTargetDetection:
         """Search a target at a known pose.
 
         Args:
@@ -145,14 +139,10 @@ class TargetSearch:
         matcher = GuidedMatcher(target, self._taught_points(target), view, self._place.processing.tolerances)
         chosen = matcher.match(state[None], GUIDED_MATCHING_WINDOWS[0])[0]
         if (chosen[:, 0] < 0).all():
-            return NoTargetDetection(
-                target.name, NoDetectionReason.NO_CANDIDATE, 'not where the view predicts it'
-            )
+            return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, 'not where the view predicts it')
         return self._select(target, [_Fit(state, partial(matcher.pairs, chosen))], view)
 
-    def _select(
-        self, target: TaughtTarget, fits: list[_Fit], view: StereoView
-    ) -> TargetDetection | NoTargetDetection:
+    def _select(self, target: TaughtTarget, fits: list[_Fit], view: StereoView) -> TargetDetection | NoTargetDetection:
         """Return the most likely of the fitted poses, if it is significant and unique, with refined primitives."""
         tolerances = self._place.processing.tolerances
         # 5. Log-likelihood ratio: all primitives of the place that should be visible, against chance.
@@ -231,9 +221,7 @@ def _fit_pose(
     return fit_coarse_pose(hypothesis.state, positions, covariances, observed, view)
 
 
-def correct_circle_centres(
-    points: StereoPoints, target: TaughtTarget, state: Floats, view: CameraView
-) -> StereoPoints:
+def correct_circle_centres(points: StereoPoints, target: TaughtTarget, state: Floats, view: CameraView) -> StereoPoints:
     """Return points with the centres of circles corrected for the change of viewpoint."""
     pixels = points.pixels.copy()
     for taught in target.primitives:

@@ -143,8 +143,7 @@ def wall_normal(position: Floats, others: Floats) -> Floats:
 def _line_normal(offsets: Floats) -> Floats:
     """Return the unit normal of the line through points and the origin, shape (2,)."""
     angle = 0.5 * math.atan2(
-        2.0 * float(offsets[:, 0] @ offsets[:, 1]),
-        float(offsets[:, 0] @ offsets[:, 0] - offsets[:, 1] @ offsets[:, 1]),
+        2.0 * float(offsets[:, 0] @ offsets[:, 1]), float(offsets[:, 0] @ offsets[:, 0] - offsets[:, 1] @ offsets[:, 1])
     )
     return np.array([-math.sin(angle), math.cos(angle)])
 

@@ -77,9 +77,7 @@ class WindowDetector:
         regions: regions of its primitives.
     """
 
-    def __init__(
-        self, image: GreyImage, processing: ImageProcessing, regions: Sequence[SearchRegion]
-    ) -> None:
+    def __init__(self, image: GreyImage, processing: ImageProcessing, regions: Sequence[SearchRegion]) -> None:
         reaches = [GROWTH_MAX * (bounding_box(each.taught) - each.taught.centre) for each in regions]
         low = np.min([each.low + reach[0] for each, reach in zip(regions, reaches, strict=True)], axis=0)
         high = np.max([each.high + reach[1] for each, reach in zip(regions, reaches, strict=True)], axis=0)
@@ -91,8 +89,7 @@ class WindowDetector:
         window, kinds = image[top:bottom, left:right], {primitive_kind(each.taught) for each in regions}
         scene = detect_scene(np.ascontiguousarray(window), processing, kinds)
         self._similar = [
-            _find_similar(each, scene.kinds[primitive_kind(each.taught)], processing, corners[0])
-            for each in regions
+            _find_similar(each, scene.kinds[primitive_kind(each.taught)], processing, corners[0]) for each in regions
         ]
 
     def find(self, index: int, centre: complex = 0.0j, radius: float = np.inf) -> list[Detection]:

@@ -12,12 +12,7 @@ import numpy as np
 
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
-from stereo_landmark.core.primitives.primitive import (
-    ImageProcessing,
-    Primitive,
-    PrimitiveKind,
-    primitive_size,
-)
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind, primitive_size
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import TargetDetection
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
@@ -91,9 +86,7 @@ def propose_place(
     located = sum(isinstance(result, LandmarkFix) for result in results)
     # 3. The most reliable ones make the target, in this order.
     order = sorted(shapes, key=lambda part: -found[part])
-    chosen = {
-        part: shapes[part] for part in order[:CHOSEN_MAX] if found[part] >= RECALL_MIN * max(located, 1)
-    }
+    chosen = {part: shapes[part] for part in order[:CHOSEN_MAX] if found[part] >= RECALL_MIN * max(located, 1)}
     if len(chosen) < CHOSEN_MIN:
         raise StereoLandmarkError(
             f'only {len(chosen)} of {len(shapes)} shapes are found again in {100.0 * RECALL_MIN:.0f} % of the '

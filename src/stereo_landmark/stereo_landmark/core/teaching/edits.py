@@ -82,9 +82,7 @@ def rename_place(state: TeachingState, name: str) -> TeachingState:
         StereoLandmarkError: the name is not valid for a file and a frame.
     """
     if not _PLACE_NAME.fullmatch(name):
-        raise StereoLandmarkError(
-            f'{name!r} is not a valid place name; use up to 64 letters, digits, _ and -'
-        )
+        raise StereoLandmarkError(f'{name!r} is not a valid place name; use up to 64 letters, digits, _ and -')
     return replace(state, name=name)
 
 
@@ -111,9 +109,7 @@ def set_processing(state: TeachingState, name: str, value: float) -> TeachingSta
         StereoLandmarkError: there is no such setting, or the value is out of range.
     """
     try:
-        processing = settings_from_values(
-            ImageProcessing, {**processing_values(state.processing), name: value}
-        )
+        processing = settings_from_values(ImageProcessing, {**processing_values(state.processing), name: value})
     except SettingsError as fault:
         raise StereoLandmarkError(str(fault)) from fault
     return replace(state, processing=processing)

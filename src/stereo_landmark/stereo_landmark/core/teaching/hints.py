@@ -74,10 +74,7 @@ class TargetReport:
 
 
 def report_target(
-    selection: TargetSelection,
-    shapes: Mapping[str, Primitive | None],
-    teacher: Teacher,
-    settings: PlaceSettings,
+    selection: TargetSelection, shapes: Mapping[str, Primitive | None], teacher: Teacher, settings: PlaceSettings
 ) -> TargetReport:
     """Measure a selected target and check it.
 
@@ -123,9 +120,7 @@ def _measure(name: str, shape: Primitive | None, teacher: Teacher) -> tuple[Prim
     return pair
 
 
-def _check_fix(
-    selection: TargetSelection, coordinates: SpatialPoints, fix: PlaceFix | NoPlaceFix
-) -> Iterator[_Remark]:
+def _check_fix(selection: TargetSelection, coordinates: SpatialPoints, fix: PlaceFix | NoPlaceFix) -> Iterator[_Remark]:
     count = len(selection.primitives)
     if isinstance(fix, NoPlaceFix):
         text = f'{fix.reason.value} ({fix.detail}); select more points, farther apart or nearer'
@@ -134,9 +129,7 @@ def _check_fix(
         yield Severity.STOP, '', text
         return
     if count < PRIMITIVES_RECOMMENDED:
-        text = (
-            f'too few primitives: {count}, select {PRIMITIVES_RECOMMENDED} or more, since one may be hidden'
-        )
+        text = f'too few primitives: {count}, select {PRIMITIVES_RECOMMENDED} or more, since one may be hidden'
         yield Severity.WEAK, '', text
     warnings = check_geometry(coordinates.select(fix.names).positions, fix)
     yield from ((Severity.WEAK, '', text) for text in warnings)
@@ -150,9 +143,7 @@ def _uncertain_points(selection: TargetSelection, points: SpatialPoints) -> Iter
             yield Severity.WEAK, name, text
 
 
-def _near_border(
-    measured: Mapping[str, tuple[Primitive, Primitive] | str], teacher: Teacher
-) -> Iterator[_Remark]:
+def _near_border(measured: Mapping[str, tuple[Primitive, Primitive] | str], teacher: Teacher) -> Iterator[_Remark]:
     name, pair = next(iter(measured.items()), ('', ''))
     if len(measured) < 2 or isinstance(pair, str):
         return
@@ -205,9 +196,7 @@ def check_geometry(positions: Floats, fix: PlaceFix | None) -> list[str]:
         )
     extent = horizontal_extent(positions)
     if extent < EXTENT_MIN:
-        warnings.append(
-            f'too narrow: the horizontal extent is {extent:.2f} m; spread them over {EXTENT_MIN} m or more'
-        )
+        warnings.append(f'too narrow: the horizontal extent is {extent:.2f} m; spread them over {EXTENT_MIN} m or more')
     return warnings
 
 
@@ -247,9 +236,7 @@ SKEW_SIGMAS = 5.0
 """or by fewer standard deviations."""
 
 
-def find_skewed_shapes(
-    shapes: Mapping[str, Primitive], coordinates: SpatialPoints
-) -> Iterator[tuple[str, str]]:
+def find_skewed_shapes(shapes: Mapping[str, Primitive], coordinates: SpatialPoints) -> Iterator[tuple[str, str]]:
     """Yield name and warning of each quadrilateral that is not a rectangle in 3D.
 
     If one side is matched to another edge in one of the images, such as the frame around a panel, two corners are
@@ -279,10 +266,7 @@ def _skew(corners: SpatialPoints) -> tuple[float, tuple[float, float]]:
     worst = 0.0, (0.0, 0.0)
     for (one, variance), (other, other_variance) in zip(sides[:2], sides[2:], strict=True):
         gap = abs(one - other)
-        skew = min(
-            gap / (SKEW_MAX * max(one, other)),
-            gap / (SKEW_SIGMAS * float(np.sqrt(variance + other_variance))),
-        )
+        skew = min(gap / (SKEW_MAX * max(one, other)), gap / (SKEW_SIGMAS * float(np.sqrt(variance + other_variance))))
         worst = max(worst, (skew, (one, other)))
     return worst
 

@@ -147,11 +147,7 @@ def select_primitives(selections: list[Selection], scene: DetectedScene) -> dict
 
 
 def _with_size(scene: DetectedScene, kind: PrimitiveKind, size_range: tuple[float, float]) -> list[Primitive]:
-    return [
-        each
-        for each in scene.kinds[kind].primitives
-        if size_range[0] <= primitive_size(each) <= size_range[1]
-    ]
+    return [each for each in scene.kinds[kind].primitives if size_range[0] <= primitive_size(each) <= size_range[1]]
 
 
 def _make_name(selection: Selection, number: int, taken: dict[str, Primitive]) -> str:
@@ -179,9 +175,7 @@ class Region:
     def contains(self, points: Floats) -> bool:
         """Return whether all points, shape (n, 2), are inside [px]."""
         low, high = points.min(axis=0), points.max(axis=0)
-        return bool(
-            self.left <= low[0] and self.top <= low[1] and high[0] <= self.right and high[1] <= self.bottom
-        )
+        return bool(self.left <= low[0] and self.top <= low[1] and high[0] <= self.right and high[1] <= self.bottom)
 
 
 @dataclass(frozen=True, eq=False)

@@ -86,9 +86,7 @@ def check_trials(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
         yield Hint(severity, target, trial.hidden[0] if len(trial.hidden) == 1 else '', text)
 
 
-def _run_trial(
-    search: TargetSearch, target: TaughtTarget, view: StereoView, hidden: tuple[str, ...]
-) -> TrialRun:
+def _run_trial(search: TargetSearch, target: TaughtTarget, view: StereoView, hidden: tuple[str, ...]) -> TrialRun:
     answer = search.search(target, view)
     if not isinstance(answer, TargetDetection):
         ambiguous = answer.reason is NoDetectionReason.AMBIGUOUS

@@ -26,12 +26,7 @@ from stereo_landmark.core.procedure.stereo_view import (
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.taught_place import (
-    TaughtPlace,
-    TaughtPrimitive,
-    TaughtTarget,
-    wall_normal,
-)
+from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget, wall_normal
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import (
     SpatialPoints,
@@ -134,16 +129,12 @@ class Teacher:
         """
         too_far = np.flatnonzero(~is_measurable(points, self.view.rig))
         if len(too_far):
-            raise StereoLandmarkError(
-                f'{points.names[too_far[0]]} is too far away to be measured; exclude it'
-            )
+            raise StereoLandmarkError(f'{points.names[too_far[0]]} is too far away to be measured; exclude it')
         camera = self.view.camera
         points = add_calibration_noise(points, self._pixel_sigma)
         return triangulate(points, self.view.rig).transform(camera.rotation, camera.position)
 
-    def teach(
-        self, name: str, selections: Sequence[TargetSelection], T_map_place: SE2 | None = None
-    ) -> TaughtPlace:
+    def teach(self, name: str, selections: Sequence[TargetSelection], T_map_place: SE2 | None = None) -> TaughtPlace:
         """Return the taught place.
 
         Args:
@@ -161,8 +152,7 @@ class Teacher:
         targets: list[TaughtTarget] = []
         for selection in selections:
             named_pairs = [
-                (f'{selection.name}/{part}', *self.measure_named(selection, part))
-                for part in selection.primitives
+                (f'{selection.name}/{part}', *self.measure_named(selection, part)) for part in selection.primitives
             ]
             pairs += named_pairs
             targets.append(self._target(selection, named_pairs))
@@ -258,9 +248,7 @@ def _centre(left: Primitive, right: Primitive) -> StereoPoints:
 def _add_wall_normals(target: TaughtTarget, around: Floats) -> TaughtTarget:
     """Return a target whose circles have wall normals, estimated from surrounding points, shape (n, 3) [m]."""
     primitives = tuple(
-        replace(each, normal=wall_normal(each.position, around))
-        if each.kind is PrimitiveKind.ELLIPSE
-        else each
+        replace(each, normal=wall_normal(each.position, around)) if each.kind is PrimitiveKind.ELLIPSE else each
         for each in target.primitives
     )
     return replace(target, primitives=primitives)
@@ -268,9 +256,7 @@ def _add_wall_normals(target: TaughtTarget, around: Floats) -> TaughtTarget:
 
 def _may_be_same_object(one: Primitive, other: Primitive) -> bool:
     """Return whether two primitives may belong to one object, such as a corner on the outline of a plate."""
-    positions, others = (
-        np.array([point.position for point in each.image_points().values()]) for each in (one, other)
-    )
+    positions, others = (np.array([point.position for point in each.image_points().values()]) for each in (one, other))
     gaps = np.linalg.norm(positions[:, None] - others[None], axis=2)
     radii = [float(each.semi_axes[0]) if isinstance(each, Ellipse) else 0.0 for each in (one, other)]
     # Ellipses that do not overlap are different objects: the next meter in a row is the most informative.

@@ -151,9 +151,7 @@ class TeachingSession:
         """
         among = self.view.left.kinds[kind].primitives
         if not 0 <= number < len(among):
-            raise StereoLandmarkError(
-                f'there is no {kind.value} of number {number}; select one that is shown'
-            )
+            raise StereoLandmarkError(f'there is no {kind.value} of number {number}; select one that is shown')
         shape = among[number]
         name = self.selected_name(shape)
         self.apply(

@@ -22,9 +22,7 @@ class CommandKey:
 
     def __init__(self, secret: bytes) -> None:
         if not KEY_BYTES_MIN <= len(secret) <= KEY_BYTES_MAX:
-            raise VlcBeaconError(
-                f'key has {len(secret)} bytes, it must have {KEY_BYTES_MIN} to {KEY_BYTES_MAX}'
-            )
+            raise VlcBeaconError(f'key has {len(secret)} bytes, it must have {KEY_BYTES_MIN} to {KEY_BYTES_MAX}')
         self._secret = secret
 
     def sign(self, command: Command) -> CommandPacket:

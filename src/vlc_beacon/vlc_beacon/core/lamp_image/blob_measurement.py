@@ -164,9 +164,7 @@ def _measure_shape(
 
 
 @njit(cache=True)
-def _fit_background(
-    image: NDArray[np.uint8], measures: NDArray[np.float64], extent: float, brightest: float
-) -> None:
+def _fit_background(image: NDArray[np.uint8], measures: NDArray[np.float64], extent: float, brightest: float) -> None:
     """Set the background plane, fitted to the pixels around the lamp that are not bright."""
     outer = 1.5 * extent + 3.0
     normal, right_side = np.zeros((3, 3)), np.zeros(3)
@@ -217,9 +215,7 @@ def _unevenness(
 
 
 @njit(cache=True)
-def _find_centroid(
-    image: NDArray[np.uint8], measures: NDArray[np.float64], extent: float, noise: float
-) -> None:
+def _find_centroid(image: NDArray[np.uint8], measures: NDArray[np.float64], extent: float, noise: float) -> None:
     """Set centroid and sigma."""
     u0, v0 = measures[U], measures[V]
     for _ in range(ITERATIONS_MAX):
@@ -230,9 +226,7 @@ def _find_centroid(
             for u in range(
                 max(math.ceil(u_before - half_width), 0), min(int(u_before + half_width) + 1, image.shape[1])
             ):
-                above = image[v, u] - (
-                    measures[PLANE] + measures[SLOPE_U] * (u - u0) + measures[SLOPE_V] * (v - v0)
-                )
+                above = image[v, u] - (measures[PLANE] + measures[SLOPE_U] * (u - u0) + measures[SLOPE_V] * (v - v0))
                 light += above
                 moment_u += above * (u - u_before)
                 moment_v += above * (v - v_before)

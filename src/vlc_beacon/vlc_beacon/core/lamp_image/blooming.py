@@ -91,10 +91,7 @@ def fit_lit_lamp(image: NDArray[np.uint8], sample: LampSample) -> BloomingFit | 
 
 
 def fit_blooming(
-    image: NDArray[np.uint8],
-    centre: NDArray[np.float64],
-    radius: float,
-    direction: NDArray[np.float64] | None = None,
+    image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float, direction: NDArray[np.float64] | None = None
 ) -> BloomingFit:
     """Fit eq. (4) to a lamp.
 
@@ -107,9 +104,7 @@ def fit_blooming(
     Raises:
         LampImageError: the lamp is cut off by the image border, or there is no lamp.
     """
-    distances, levels, weights = _radial_profile(
-        image, centre, PROFILE_RADII * radius + PROFILE_MARGIN, direction
-    )
+    distances, levels, weights = _radial_profile(image, centre, PROFILE_RADII * radius + PROFILE_MARGIN, direction)
     # The threshold that gave the initial radius may be at the glow of an overexposed lamp: begin at the steepest fall.
     falls = levels[:-EDGE_RINGS] - levels[EDGE_RINGS:]
     edge = float(distances[EDGE_RINGS // 2 + int(falls.argmax())])
@@ -117,9 +112,7 @@ def fit_blooming(
     distances, levels, weights = distances[:count], levels[:count], weights[:count]
     brightest, darkest = float(levels[distances < max(0.7 * edge, 1.0)].mean()), float(levels[-4:].mean())
     if not brightest > darkest:
-        raise LampImageError(
-            f'no lamp at ({centre[0]:.0f}, {centre[1]:.0f}); give the centre of a bright spot'
-        )
+        raise LampImageError(f'no lamp at ({centre[0]:.0f}, {centre[1]:.0f}); give the centre of a bright spot')
     start = np.array([math.log(brightest - darkest), darkest, edge, 0.5])
 
     # Eq. (4) beyond the rim, with its bracket corrected; within it the sigmoid is almost zero. Pixels are clipped.
@@ -154,9 +147,7 @@ def calibrate_blooming(
     if len(fits) == 0 or len(fits) != len(depths):
         raise LampImageError(f'{len(fits)} lamps and {len(depths)} depths; give one depth for each lamp')
     if not (min(depths) > 0.0 and lamp_radius > 0.0 and focal_length > 0.0):
-        raise LampImageError(
-            'a depth, the radius or the focal length is not positive; give metres and pixels'
-        )
+        raise LampImageError('a depth, the radius or the focal length is not positive; give metres and pixels')
     true_radii = lamp_radius * focal_length / np.asarray(depths, dtype=np.float64)
     betas = np.array([fit.half_maximum_radius for fit in fits]) - true_radii
     standard_error = float(np.std(betas, ddof=1) / math.sqrt(len(betas))) if len(betas) > 1 else math.inf
@@ -169,10 +160,7 @@ def calibrate_blooming(
 
 
 def _radial_profile(
-    image: NDArray[np.uint8],
-    centre: NDArray[np.float64],
-    profile_radius: float,
-    direction: NDArray[np.float64] | None,
+    image: NDArray[np.uint8], centre: NDArray[np.float64], profile_radius: float, direction: NDArray[np.float64] | None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return distances [px], mean brightness and square roots of pixel counts of annuli, each of shape (n,)."""
     left, top = (int(low) for low in np.floor(centre - profile_radius))

@@ -47,15 +47,11 @@ def coarse_contrast(
         column = np.ones((1 + math.ceil(stripe_rows / CELL), 1), np.uint8)
         coarse = cv2.morphologyEx(coarse, cv2.MORPH_CLOSE, column)
     downsampled = cv2.resize(
-        coarse,
-        (max(size[0] // BACKGROUND_CELLS, 1), max(size[1] // BACKGROUND_CELLS, 1)),
-        interpolation=cv2.INTER_AREA,
+        coarse, (max(size[0] // BACKGROUND_CELLS, 1), max(size[1] // BACKGROUND_CELLS, 1)), interpolation=cv2.INTER_AREA
     )
     side = 1 + 2 * math.ceil(0.5 * diameter_max / (CELL * BACKGROUND_CELLS) + 1.0)
     # Limit the kernel to the size of the image.
-    kernel = np.ones(
-        (min(side, 2 * downsampled.shape[0] - 1), min(side, 2 * downsampled.shape[1] - 1)), np.uint8
-    )
+    kernel = np.ones((min(side, 2 * downsampled.shape[0] - 1), min(side, 2 * downsampled.shape[1] - 1)), np.uint8)
     opened = cv2.morphologyEx(downsampled, cv2.MORPH_OPEN, kernel)
     background = cv2.resize(opened, size, interpolation=cv2.INTER_LINEAR)
     return cv2.subtract(coarse, background), background
@@ -104,16 +100,12 @@ def find_candidates(
     all_boxes, all_peaks = np.concatenate(boxes), np.concatenate(peaks)
     sides = all_boxes[:, 2:] - all_boxes[:, :2]
     # One cell of tolerance for partly covered cells.
-    lamp = (sides.max(axis=1) <= settings.diameter_max + 2 * CELL) & (
-        sides.max(axis=1) >= settings.diameter_min - CELL
-    )
+    lamp = (sides.max(axis=1) <= settings.diameter_max + 2 * CELL) & (sides.max(axis=1) >= settings.diameter_min - CELL)
     order = np.argsort(-all_peaks[lamp], kind='stable')[: settings.lamps_max]
     return all_boxes[lamp][order], all_peaks[lamp][order]
 
 
-def _components_at(
-    contrast: NDArray[np.uint8], level: float
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _components_at(contrast: NDArray[np.uint8], level: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Return boxes [px] and peaks of the connected components above a threshold."""
     _, mask = cv2.threshold(contrast, level - 0.5, 255, cv2.THRESH_BINARY)
     # connectedComponentsWithStats takes ten times as long.
@@ -188,9 +180,7 @@ def _check(image: NDArray[np.uint8]) -> None:
         )
     if min(image.shape) < SIDE_MIN:
         height, width = image.shape
-        raise LampImageError(
-            f'the image has {width} x {height} pixels; give one of {SIDE_MIN} x {SIDE_MIN} or more'
-        )
+        raise LampImageError(f'the image has {width} x {height} pixels; give one of {SIDE_MIN} x {SIDE_MIN} or more')
 
 
 def _is_whole(measures: NDArray[np.float64], shape: tuple[int, ...]) -> bool:

@@ -35,9 +35,7 @@ def intensity_centroid(
     light, along = 0.0, np.zeros(2)
     for v in range(max(math.ceil(middle[1] - extent), 0), min(int(middle[1] + extent) + 1, image.shape[0])):
         half_width = math.sqrt(max(extent**2 - (v - middle[1]) ** 2, 0.0))
-        for u in range(
-            max(math.ceil(middle[0] - half_width), 0), min(int(middle[0] + half_width) + 1, image.shape[1])
-        ):
+        for u in range(max(math.ceil(middle[0] - half_width), 0), min(int(middle[0] + half_width) + 1, image.shape[1])):
             above = image[v, u] - background
             light += above
             along[0] += above * (u - middle[0])
@@ -50,11 +48,7 @@ def intensity_centroid(
 
 @njit(cache=True)
 def half_levels(
-    image: NDArray[np.uint8],
-    middle: NDArray[np.float64],
-    radius: float,
-    axis: NDArray[np.float64],
-    background: float,
+    image: NDArray[np.uint8], middle: NDArray[np.float64], radius: float, axis: NDArray[np.float64], background: float
 ) -> tuple[float, float]:
     """Return the brightness of both halves, away from rim and split [grey levels]; first the one along ``axis``.
 
@@ -106,9 +100,7 @@ class SplitAxis:
         power = float(jump @ jump)
         self._frames += 1
         self._power += (power - self._power) / min(self._frames, 2 * FRAMES_MIN)
-        self._scatter = FORGETTING_FACTOR ** min(power / JUMP_FULL**2, 1.0) * self._scatter + np.outer(
-            jump, jump
-        )
+        self._scatter = FORGETTING_FACTOR ** min(power / JUMP_FULL**2, 1.0) * self._scatter + np.outer(jump, jump)
         self.is_split |= self._frames >= FRAMES_MIN and self._power > JUMP_MIN**2
         # The sign of an eigenvector is arbitrary; keep it consistent while the robot turns.
         line = np.linalg.eigh(self._scatter)[1][:, 1]

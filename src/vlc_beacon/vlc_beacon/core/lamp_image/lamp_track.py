@@ -6,12 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vlc_beacon.core.lamp_image.blob_measurement import LampBlobs
-from vlc_beacon.core.lamp_image.lamp_halves import (
-    HALF_DISC_CENTROID,
-    SplitAxis,
-    half_levels,
-    intensity_centroid,
-)
+from vlc_beacon.core.lamp_image.lamp_halves import HALF_DISC_CENTROID, SplitAxis, half_levels, intensity_centroid
 
 SPEED_SIGMA = 250.0
 """Initial standard deviation of the image velocity [px/s]."""
@@ -130,9 +125,7 @@ class LampTrack:
         self.centre, _ = self._motion.predict(stamp)
         self.sigma = np.full(2, math.inf)
 
-    def _locate_middle(
-        self, split: SplitAxis, image: NDArray[np.uint8], expected: NDArray[np.float64]
-    ) -> None:
+    def _locate_middle(self, split: SplitAxis, image: NDArray[np.uint8], expected: NDArray[np.float64]) -> None:
         """Set centre and sigma of a lamp whose halves may differ in brightness."""
         near = intensity_centroid(image, expected, self.radius, self._background)
         split.add(near - expected, self.radius)

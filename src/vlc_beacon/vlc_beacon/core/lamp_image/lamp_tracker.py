@@ -101,6 +101,4 @@ def _is_inside(centre: NDArray[np.float64], shape: tuple[int, ...]) -> bool:
 
 
 def _sample(track: LampTrack, half_brightness: NDArray[np.float64], blob: int) -> LampSample:
-    return LampSample(
-        track.key, track.centre, track.sigma, track.radius, half_brightness, track.split_axis, blob
-    )
+    return LampSample(track.key, track.centre, track.sigma, track.radius, half_brightness, track.split_axis, blob)

@@ -44,14 +44,10 @@ class LampRows:
         kept = np.isfinite(self.brightness).all(axis=1)
         if kept.all():
             return self
-        return LampRows(
-            self.stamps[kept], self.first_rows[kept], self.brightness[kept], self.row_time, self.exposure
-        )
+        return LampRows(self.stamps[kept], self.first_rows[kept], self.brightness[kept], self.row_time, self.exposure)
 
 
-def rows_from_frame(
-    stamp: float, first_row: int, brightness: ArrayLike, row_time: float, exposure: float
-) -> LampRows:
+def rows_from_frame(stamp: float, first_row: int, brightness: ArrayLike, row_time: float, exposure: float) -> LampRows:
     """Return the rows of a lamp in one frame; brightness has shape (rows,), other arguments as in `LampRows`."""
     seen = np.asarray(brightness, float)[None]
     return LampRows(np.array([stamp]), np.array([first_row]), seen, row_time, exposure)
@@ -76,11 +72,7 @@ FRACTION_MIN = 0.05
 
 
 def row_profile(
-    image: NDArray[np.uint8],
-    centre: NDArray[np.float64],
-    radius: float,
-    background: float,
-    noise: float = 1.0,
+    image: NDArray[np.uint8], centre: NDArray[np.float64], radius: float, background: float, noise: float = 1.0
 ) -> tuple[int, NDArray[np.float64]]:
     """Return the first row and the brightness of the rows relative to full light, shape (m,), about 0 to 1.
 
@@ -99,9 +91,7 @@ def row_profile(
         return int(top), np.empty(0)
     window = image[int(top) : int(bottom), int(left) : int(right)]
     step = 1 + int(radius / DENSE_RADIUS)
-    fractions, peaks, powers = _row_fractions(
-        window, centre[0] - left, centre[1] - top, extent, background, step
-    )
+    fractions, peaks, powers = _row_fractions(window, centre[0] - left, centre[1] - top, extent, background, step)
     threshold = max(LEVELS_MIN, FRACTION_MIN * peaks.max())
     visible = (peaks >= threshold) & (powers >= (noise / SIGMA_MAX) ** 2)
     middle = min(max(round(float(centre[1] - top)), 0), len(fractions) - 1)

@@ -61,9 +61,7 @@ def manchester_profile(segment_format: SegmentFormat, row_time: float, exposure:
         segments = segments_from_packet(bytes(packet_bytes), segment_format.segment_bytes)
         return len(segments) * segment_format.segment_seconds
 
-    return CodeProfile(
-        'manchester', segment_format.rows_min(row_time, exposure), *map(seconds, _PACKET_BYTES)
-    )
+    return CodeProfile('manchester', segment_format.rows_min(row_time, exposure), *map(seconds, _PACKET_BYTES))
 
 
 def _symbol_profile(name: str, rows_min: int, code: SymbolCode) -> CodeProfile:

@@ -112,9 +112,7 @@ def segment_from_bits(bits: NDArray[np.uint8]) -> Segment | None:
     return Segment(index, content)
 
 
-def segments_waveform(
-    segments: list[Segment], segment_format: SegmentFormat, clock_scale: float = 1.0
-) -> Waveform:
+def segments_waveform(segments: list[Segment], segment_format: SegmentFormat, clock_scale: float = 1.0) -> Waveform:
     """Return the periodic waveform of segments, each repeated; ``clock_scale`` simulates a clock error."""
     chips = np.concatenate([np.tile(segment.chips(), segment_format.repeats) for segment in segments])
     return waveform_from_steps(np.full(len(chips), segment_format.chip_time * clock_scale), chips)

@@ -22,9 +22,7 @@ CONTRAST_RATIO_MIN = 0.25
 """Minimum contrast of the weakest bit over the mean contrast; other frames are rejected."""
 
 
-def demodulate_rows(
-    rows: LampRows, segment_format: SegmentFormat
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+def demodulate_rows(rows: LampRows, segment_format: SegmentFormat) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     """Return the bits of the segment in each frame, and a mask of frames with enough rows and clear bits.
 
     All chip phases are tested, wrapped around after one segment, and all chips as the start of the segment: the correct

@@ -76,9 +76,7 @@ def tone_log_likelihoods(rows: LampRows, tones: tuple[float, ...]) -> NDArray[np
     if count < ROWS_MIN:
         return np.zeros((frames, len(tones)))
     templates = _tone_templates(count, rows.row_time, round(rows.exposure, 6), tones)
-    fits = (
-        np.maximum(seen @ templates.reshape(-1, count).T, 0.0).reshape(frames, len(tones), PHASES).max(axis=2)
-    )
+    fits = np.maximum(seen @ templates.reshape(-1, count).T, 0.0).reshape(frames, len(tones), PHASES).max(axis=2)
     explained = fits**2 / np.where(powers > 0.0, powers, np.inf)[:, None]
     # The noise is unknown; its maximum likelihood estimate for each tone is the residual.
     likelihoods = -0.5 * (count - 3) * np.log(1.0 - explained + RESIDUAL_FLOOR)
@@ -86,9 +84,7 @@ def tone_log_likelihoods(rows: LampRows, tones: tuple[float, ...]) -> NDArray[np
 
 
 @lru_cache(maxsize=32)
-def _tone_templates(
-    rows: int, row_time: float, exposure: float, tones: tuple[float, ...]
-) -> NDArray[np.float32]:
+def _tone_templates(rows: int, row_time: float, exposure: float, tones: tuple[float, ...]) -> NDArray[np.float32]:
     """Return zero-mean unit-norm templates of each tone in each phase, shape (n, PHASES, rows)."""
     templates = []
     for tone in tones:
@@ -157,7 +153,5 @@ class ToneDecoder:
 def _unknown_tones(known: Collection[float]) -> tuple[float, ...]:
     """Return unknown tones in the gaps between known ones, at least `TONE_SPACING` from any other tone [Hz]."""
     edges = [0.0, *sorted(known), max(UNKNOWN_TONE_MAX, *known) + 2.0 * TONE_SPACING]
-    gaps = [
-        np.linspace(low, high, max(int((high - low) / TONE_SPACING), 1) + 1) for low, high in pairwise(edges)
-    ]
+    gaps = [np.linspace(low, high, max(int((high - low) / TONE_SPACING), 1) + 1) for low, high in pairwise(edges)]
     return tuple(np.concatenate([gap[1:-1] for gap in gaps]).tolist())

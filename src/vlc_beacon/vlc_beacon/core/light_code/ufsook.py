@@ -45,9 +45,7 @@ def waveform_from_symbols(symbols: NDArray[np.int64], clock_scale: float = 1.0) 
     return waveform_from_steps(np.concatenate(durations), HALF_LEVELS[np.concatenate(eighths) % 8])
 
 
-def expected_levels(
-    exposure: float, bins: int, timing_sigma: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def expected_levels(exposure: float, bins: int, timing_sigma: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the expected brightness of each symbol in a frame with uncertain time.
 
     Args:
@@ -124,9 +122,7 @@ def _frame_tables(
 
 
 @lru_cache(maxsize=64)
-def _likelihood_model(
-    exposure: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _likelihood_model(exposure: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return mean and inverse variance, shape (BINS, symbols, 2), and the constant of the log-likelihood."""
     levels = expected_levels(exposure, BINS, TIMING_SIGMA)
     means, variances = (np.ascontiguousarray(array.swapaxes(0, 1)) for array in levels)

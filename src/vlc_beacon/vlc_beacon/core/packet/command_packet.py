@@ -121,9 +121,7 @@ class ShortCommandPacket:
     def to_bytes(self) -> bytes:
         """Return the packet, `command_length` long."""
         command = self.command
-        first = (
-            PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * command.is_one_shot | _SHORT | command.operation
-        )
+        first = PacketKind.COMMAND << KIND_SHIFT | _ONE_SHOT * command.is_one_shot | _SHORT | command.operation
         has_value = command.operation not in WITHOUT_VALUE
         value = _SHORT_VALUE.pack(round(command.value / SHORT_STEP)) if has_value else b''
         body = _SHORT_HEAD.pack(first, command.counter) + value + self.mac
@@ -156,11 +154,7 @@ def read_command_packet(data: bytes) -> CommandPacket | ShortCommandPacket | Non
         return None
     if crc16(data[:-2]) != int.from_bytes(data[-2:]):
         return None
-    operation, is_one_shot, mac = (
-        data[0] & _OPERATION_MAX,
-        bool(data[0] & _ONE_SHOT),
-        data[-2 - MAC_BYTES : -2],
-    )
+    operation, is_one_shot, mac = (data[0] & _OPERATION_MAX, bool(data[0] & _ONE_SHOT), data[-2 - MAC_BYTES : -2])
     if data[0] & _SHORT:
         _, counter = _SHORT_HEAD.unpack_from(data)
         value = data[_SHORT_HEAD.size : -2 - MAC_BYTES]

@@ -2,12 +2,7 @@
 
 from dataclasses import dataclass
 
-from vlc_beacon.core.packet.command_packet import (
-    CommandPacket,
-    ShortCommandPacket,
-    command_length,
-    read_command_packet,
-)
+from vlc_beacon.core.packet.command_packet import CommandPacket, ShortCommandPacket, command_length, read_command_packet
 from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, DataPacket, read_data_packet
 from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, IdPacket, PacketKind, read_id_packet
 

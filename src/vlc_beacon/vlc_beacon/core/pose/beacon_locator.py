@@ -147,9 +147,7 @@ class BeaconLocator:
         return _make_fix(fits[0], np.ones(len(rays), dtype=np.bool_))
 
 
-def _make_fix(
-    fit: PoseEstimate, used: NDArray[np.bool_], anomalies: tuple[BeaconAnomaly, ...] = ()
-) -> BeaconFix:
+def _make_fix(fit: PoseEstimate, used: NDArray[np.bool_], anomalies: tuple[BeaconAnomaly, ...] = ()) -> BeaconFix:
     tilt = float(fit.state[4]), float(fit.state[5])
     height, covariance = float(fit.state[2]), fit.covariance[:4, :4]
     return BeaconFix(fit.pose, height, covariance, tilt, used, fit.residuals, anomalies)

@@ -41,9 +41,7 @@ def projections_with_jacobian(
     zero = np.zeros(len(lamps))
     turned_x = np.column_stack([zero, tilted[:, 2], -tilted[:, 1]])
     turned_y = np.column_stack([-tilted[:, 2], zero, tilted[:, 0]])
-    changes = (
-        np.concatenate([pose_derivatives, turned_x[:, None], turned_y[:, None]], axis=1) @ camera.rotation
-    )
+    changes = np.concatenate([pose_derivatives, turned_x[:, None], turned_y[:, None]], axis=1) @ camera.rotation
     depths = points[:, 2]
     safe = np.where(np.abs(depths) > 1e-9, depths, 1e-9)
     rays = points[:, :2] / safe[:, None]

@@ -38,17 +38,13 @@ class TwoLampSolver:
         turns = np.exp(1j * rays.motions[:, 2])
         camera_offset = complex(camera.position[0], camera.position[1])
         height_offset = lamps[:, 2] - camera.position[2]
-        self._A = (
-            rays.motions[:, 0] + 1j * rays.motions[:, 1] + turns * (camera_offset + height_offset * slopes)
-        )
+        self._A = rays.motions[:, 0] + 1j * rays.motions[:, 1] + turns * (camera_offset + height_offset * slopes)
         self._B = turns * slopes
 
     def widest_pairs(self, count: int) -> list[tuple[int, int]]:
         """Return up to ``count`` pairs of different lamps, those with the largest separation first."""
         first, second = np.triu_indices(len(self._B), 1)
-        valid = (
-            self._usable[first] & self._usable[second] & (self._positions[first] != self._positions[second])
-        )
+        valid = self._usable[first] & self._usable[second] & (self._positions[first] != self._positions[second])
         first, second = first[valid], second[valid]
         order = np.argsort(-np.abs(self._B[first] - self._B[second]), kind='stable')[:count]
         return [(int(first[k]), int(second[k])) for k in order]

@@ -154,9 +154,7 @@ def _match_swapped(
     return found
 
 
-def classify_anomalies(
-    rays: LampRays, consensus: ConsensusSet, beacon_ids: Sequence[int]
-) -> tuple[BeaconAnomaly, ...]:
+def classify_anomalies(rays: LampRays, consensus: ConsensusSet, beacon_ids: Sequence[int]) -> tuple[BeaconAnomaly, ...]:
     """Return the anomaly of each outlier; ``beacon_ids`` are indexed by ``consensus.swapped_place``."""
     anomalies, is_duplicate = [], rays.is_duplicate
     for i in np.flatnonzero(~consensus.inliers).tolist():

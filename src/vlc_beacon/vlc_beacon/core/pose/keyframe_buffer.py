@@ -32,9 +32,7 @@ class KeyframeBuffer:
 
     def add(self, T_odom_base: SE2, rays: LampRays) -> None:
         """Add the lamps of an image as a keyframe, if there are any and the robot has moved."""
-        if len(rays) and (
-            not self._keyframes or self._keyframes[-1][0].distance_to(T_odom_base) >= KEYFRAME_SPACING
-        ):
+        if len(rays) and (not self._keyframes or self._keyframes[-1][0].distance_to(T_odom_base) >= KEYFRAME_SPACING):
             self._keyframes.append((T_odom_base, rays))
 
     def merged_with(self, T_odom_base: SE2, rays: LampRays) -> LampRays:

@@ -95,17 +95,11 @@ def row_motions(rows: ArrayLike, row_time: float, velocity: ArrayLike) -> NDArra
     # The chord of an arc points in the mean direction of the turn.
     cos, sin = np.cos(half), np.sin(half)
     chord = delays * np.sinc(half / np.pi)[:, None] * speed[:2]
-    return np.column_stack(
-        [cos * chord[:, 0] - sin * chord[:, 1], sin * chord[:, 0] + cos * chord[:, 1], 2.0 * half]
-    )
+    return np.column_stack([cos * chord[:, 0] - sin * chord[:, 1], sin * chord[:, 0] + cos * chord[:, 1], 2.0 * half])
 
 
 def lamp_rays(
-    camera: PinholeCamera,
-    ids: ArrayLike,
-    pixels: ArrayLike,
-    sigmas: ArrayLike,
-    motions: ArrayLike | None = None,
+    camera: PinholeCamera, ids: ArrayLike, pixels: ArrayLike, sigmas: ArrayLike, motions: ArrayLike | None = None
 ) -> LampRays:
     """Return the rays of lamps in an image.
 

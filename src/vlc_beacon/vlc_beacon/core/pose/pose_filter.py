@@ -123,9 +123,7 @@ class PoseFilter:
         F[:2, YAW_SCALE], F[:2, YAW_PER_METRE] = 0.5 * turn * lateral, 0.5 * distance * lateral
         F[YAW, YAW_SCALE], F[YAW, YAW_PER_METRE] = turn, distance
         self._state[:2] += (1.0 + scale) * forward
-        self._state[YAW] = wrap_angle(
-            float(self._state[YAW] + turn * (1.0 + yaw_scale) + yaw_per_metre * distance)
-        )
+        self._state[YAW] = wrap_angle(float(self._state[YAW] + turn * (1.0 + yaw_scale) + yaw_per_metre * distance))
         self._P = F @ self._P @ F.T + self._process_noise(distance, abs(turn))
 
     def _process_noise(self, distance: float, turn: float) -> NDArray[np.float64]:
@@ -188,12 +186,7 @@ class PoseFilter:
         self._P = joseph_factor @ self._P @ joseph_factor.T + K @ R @ K.T
 
     def _linearize(
-        self,
-        rays: LampRays,
-        lamps: NDArray[np.float64],
-        camera: SE3,
-        state: NDArray[np.float64],
-        correlated: float,
+        self, rays: LampRays, lamps: NDArray[np.float64], camera: SE3, state: NDArray[np.float64], correlated: float
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Return innovation (2n,), Jacobian (2n, 7) and measurement noise (2n, 2n) of the rays.
 

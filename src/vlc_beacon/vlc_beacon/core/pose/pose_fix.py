@@ -101,7 +101,5 @@ class ExpectedPose:
 
     def mahalanobis_distance(self, pose: SE2, covariance: NDArray[np.float64]) -> float:
         """Return the Mahalanobis distance of an independent pose with its covariance, shape (3, 3)."""
-        offset = np.array(
-            [pose.x - self.T_map_base.x, pose.y - self.T_map_base.y, self.T_map_base.yaw_to(pose)]
-        )
+        offset = np.array([pose.x - self.T_map_base.x, pose.y - self.T_map_base.y, self.T_map_base.yaw_to(pose)])
         return float(np.sqrt(offset @ np.linalg.solve(self.covariance + covariance, offset)))

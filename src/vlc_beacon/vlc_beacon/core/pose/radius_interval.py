@@ -80,9 +80,7 @@ def _polygon_centroids(outlines: NDArray[np.float64]) -> tuple[NDArray[np.float6
     return middles + moments / (6.0 * areas)[:, None], np.abs(areas)
 
 
-def radius_interval(
-    discs: LampDiscs, camera: PinholeCamera, level_camera: SE3, yaw: float
-) -> BeaconFix | NoBeaconFix:
+def radius_interval(discs: LampDiscs, camera: PinholeCamera, level_camera: SE3, yaw: float) -> BeaconFix | NoBeaconFix:
     """Return the pose by the paper's method with its equations corrected.
 
     Args:
@@ -147,11 +145,7 @@ def _yaw_rotation(yaw: float) -> NDArray[np.float64]:
 
 
 def _make_fix(
-    camera_position: NDArray[np.float64],
-    half_width: NDArray[np.float64],
-    level_camera: SE3,
-    yaw: float,
-    count: int,
+    camera_position: NDArray[np.float64], half_width: NDArray[np.float64], level_camera: SE3, yaw: float, count: int
 ) -> BeaconFix:
     """Return the pose of the base for a camera position, shape (3,), with half-widths of its intervals [m]."""
     base = camera_position - _yaw_rotation(yaw) @ level_camera.position

@@ -144,9 +144,7 @@ class BeaconReceiver:
 def check_looks_up(mount: CameraMount) -> None:
     """Raise a VlcBeaconError for a camera that does not look up."""
     if mount.rotation[2, 2] < _UP_MIN:
-        raise VlcBeaconError(
-            f'camera_rpy is {list(mount.rpy)}: the camera does not look up; [0, 0, 1.5708] does'
-        )
+        raise VlcBeaconError(f'camera_rpy is {list(mount.rpy)}: the camera does not look up; [0, 0, 1.5708] does')
 
 
 class LampLocalizer:
@@ -224,9 +222,7 @@ class LampLocalizer:
         covariance[3, 3] = result.covariance[3, 3]
         return replace(radius_fix, covariance=covariance, anomalies=result.anomalies)
 
-    def _radii(
-        self, lamps: Sequence[LampObservation], image: NDArray[np.uint8] | None
-    ) -> NDArray[np.float64]:
+    def _radii(self, lamps: Sequence[LampObservation], image: NDArray[np.uint8] | None) -> NDArray[np.float64]:
         """Return the radii of lamps in the image without blooming, shape (n,) [px].
 
         Eq. (4) gives the radius at any exposure; the threshold does where it cannot be fitted, and in the bands of a

@@ -12,11 +12,7 @@ from vlc_beacon.core.authorization.decision import Accepted, Rejected, Rejection
 from vlc_beacon.core.packet.command_packet import CommandPacket
 from vlc_beacon.core.receiver.tracked_lamp import LampObservation
 
-_RETRY_REASONS = (
-    RejectionReason.NO_POSITION,
-    RejectionReason.WRONG_LOCATION,
-    RejectionReason.ALREADY_EXECUTED,
-)
+_RETRY_REASONS = (RejectionReason.NO_POSITION, RejectionReason.WRONG_LOCATION, RejectionReason.ALREADY_EXECUTED)
 """Rejections of rules that may be accepted later."""
 _TEMPORARY_REASONS = (RejectionReason.LOCKED_OUT, RejectionReason.COUNTERS_LOST)
 """Temporary rejections that apply to all commands."""
@@ -55,9 +51,7 @@ class CommandProcessor:
                     decisions.append(decision)
         return decisions
 
-    def _authorize(
-        self, stamp: float, lamp: LampObservation, packet: CommandPacket
-    ) -> CommandDecision | None:
+    def _authorize(self, stamp: float, lamp: LampObservation, packet: CommandPacket) -> CommandDecision | None:
         """Return the decision on a command if it is new, and keep the command if it may be accepted later."""
         key, operation = lamp.sample.key, packet.command.operation
         outcome = self._authorizer.authorize(packet, lamp.beacon, stamp)
@@ -75,9 +69,7 @@ class CommandProcessor:
         self._reported[key, operation] = outcome.reason
         return CommandDecision(packet, lamp.beacon, outcome)
 
-    def _should_retry(
-        self, lamp: LampObservation, packet: CommandPacket, outcome: Accepted | Rejected
-    ) -> bool:
+    def _should_retry(self, lamp: LampObservation, packet: CommandPacket, outcome: Accepted | Rejected) -> bool:
         # One-shot commands are repeated by the sender; a delayed one must not be executed.
         if packet.command.is_one_shot:
             return False

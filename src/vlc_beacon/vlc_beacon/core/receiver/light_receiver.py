@@ -42,9 +42,7 @@ class LightReceiver:
         known, is_rolling = list(beacons), settings.is_rolling
         self._known = frozenset(beacon.id for beacon in known)
         self._beacon_tones = _beacon_tones(known) if is_rolling else {}
-        self._profile = (
-            rs_fsk_profile(settings.lamp_frame_rate, settings.row_time) if is_rolling else ufsook_profile()
-        )
+        self._profile = rs_fsk_profile(settings.lamp_frame_rate, settings.row_time) if is_rolling else ufsook_profile()
         self.apply_settings(settings)
         self._tracker = LampTracker(split_lamps=not is_rolling)
         self._lamps: dict[int, TrackedLamp] = {}
@@ -55,9 +53,7 @@ class LightReceiver:
         rows = band_rows(settings, self._beacon_tones.values()) if settings.is_rolling else 0.0
         self._detector = LampDetector(replace(settings.lamps, stripe_rows=rows))
 
-    def receive(
-        self, stamp: float, image: NDArray[np.uint8], image_rotation: float = 0.0
-    ) -> list[LampObservation]:
+    def receive(self, stamp: float, image: NDArray[np.uint8], image_rotation: float = 0.0) -> list[LampObservation]:
         """Process an image and return the tracked lamps.
 
         Args:

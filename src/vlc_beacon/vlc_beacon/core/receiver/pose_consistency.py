@@ -59,9 +59,7 @@ class PoseConsistencyCheck:
             until = stamp if self._jump_stamp is None else self._jump_stamp
             return map_before.distance_to(T_map_base) < JUMP_MAX + SPEED_MAX * abs(until - then)
         expected = map_before @ odom_before.inverse() @ T_odom_base
-        return expected.distance_to(T_map_base) < JUMP_MAX + DRIFT_FRACTION * odom_before.distance_to(
-            T_odom_base
-        )
+        return expected.distance_to(T_map_base) < JUMP_MAX + DRIFT_FRACTION * odom_before.distance_to(T_odom_base)
 
 
 def _without_odometry(pose: _StampedPose | None) -> _StampedPose | None:

@@ -114,11 +114,7 @@ class TrackedLamp:
     """A lamp from frame to frame."""
 
     def __init__(
-        self,
-        decoder: LampDecoder,
-        known: AbstractSet[int],
-        readable_diameter: float,
-        acquisition_timeout: float,
+        self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float, acquisition_timeout: float
     ) -> None:
         """Start with a new lamp.
 
@@ -162,9 +158,7 @@ class TrackedLamp:
         if self._backoff.has_timed_out and self._beacon is None:
             is_small = 2.0 * view.sample.radius < self._readable_diameter
             skip_reason = SkipReason.TOO_SMALL if is_small else SkipReason.NO_CODE
-        return LampObservation(
-            view.sample, self._beacon, self._unknown_id, tuple(commands), skip_reason, message
-        )
+        return LampObservation(view.sample, self._beacon, self._unknown_id, tuple(commands), skip_reason, message)
 
     def _confirm(self, beacon: int) -> None:
         confirmed = self._confirmation.add(beacon)

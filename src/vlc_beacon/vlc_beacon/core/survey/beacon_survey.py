@@ -106,10 +106,7 @@ def survey_lamp(bearings: LampBearings, tilt_sigma: float) -> SurveyedLamp | Not
 
 
 def _tilt_sensitivity(
-    position: NDArray[np.float64],
-    bearings: LampBearings,
-    jacobian: NDArray[np.float64],
-    residuals: NDArray[np.float64],
+    position: NDArray[np.float64], bearings: LampBearings, jacobian: NDArray[np.float64], residuals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the sensitivity to constant errors about the camera's x and y axes, shape (3, 2) [m/rad]."""
     columns = []

@@ -39,11 +39,7 @@ class BearingCollector:
         self._last: _CameraPose | None = None
 
     def add(
-        self,
-        stamp: float,
-        image: NDArray[np.uint8],
-        position: NDArray[np.float64],
-        rotation: NDArray[np.float64],
+        self, stamp: float, image: NDArray[np.uint8], position: NDArray[np.float64], rotation: NDArray[np.float64]
     ) -> None:
         """Process a grey image, later than the last one, with the camera's position and rotation in the map."""
         now = stamp, position, rotation
@@ -59,9 +55,7 @@ class BearingCollector:
         by_beacon: defaultdict[int, list[_Observation]] = defaultdict(list)
         for key, beacon in self._beacons.items():
             by_beacon[beacon] += self._observations[key]
-        return {
-            beacon: self._make_bearings(observations) for beacon, observations in sorted(by_beacon.items())
-        }
+        return {beacon: self._make_bearings(observations) for beacon, observations in sorted(by_beacon.items())}
 
     def _observe(self, lamp: LampObservation, before: _CameraPose, now: _CameraPose) -> _Observation:
         """Return the observation with the camera pose at the exposure of its row."""
@@ -73,9 +67,7 @@ class BearingCollector:
     def _make_bearings(self, observations: list[_Observation]) -> LampBearings:
         observations.sort(key=lambda observation: observation[0])
         stamps, positions, rotations, centres, sigmas = zip(*observations, strict=True)
-        rays = lamp_rays(
-            self._camera, np.zeros(len(centres), dtype=np.int64), np.array(centres), np.array(sigmas)
-        )
+        rays = lamp_rays(self._camera, np.zeros(len(centres), dtype=np.int64), np.array(centres), np.array(sigmas))
         variances = 0.5 * np.trace(rays.covariances(0.0), axis1=1, axis2=2)
         bearings = LampBearings(
             np.array(stamps), np.array(positions), np.array(rotations), rays.rays, np.sqrt(variances)

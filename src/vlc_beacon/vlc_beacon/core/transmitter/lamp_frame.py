@@ -68,9 +68,7 @@ class Section:
     def __post_init__(self) -> None:
         bursts, count = self.symbols.shape
         if not 1 <= bursts <= 0xFF or not 1 <= count <= 0xFFFF:
-            raise LampFrameError(
-                f'a packet has {bursts} bursts of {count} symbols, the limit is 255 of 65535'
-            )
+            raise LampFrameError(f'a packet has {bursts} bursts of {count} symbols, the limit is 255 of 65535')
         if not 1 <= self.repeats <= 0xFF:
             raise LampFrameError(f'a burst is repeated {self.repeats} times, it must be from 1 to 255')
 
@@ -97,19 +95,11 @@ class LampFrame:
 
     def __post_init__(self) -> None:
         if not 1 <= len(self.pattern) <= PATTERN_MAX or not all(0 <= state <= 3 for state in self.pattern):
-            raise LampFrameError(
-                f'the pattern is {self.pattern}, it must have 1 to {PATTERN_MAX} states from 0 to 3'
-            )
+            raise LampFrameError(f'the pattern is {self.pattern}, it must have 1 to {PATTERN_MAX} states from 0 to 3')
         if not 1 <= self.bits <= BITS_MAX or not 1 << self.bits <= len(self.pulse_trains) <= PULSETRAINS_MAX:
-            raise LampFrameError(
-                f'{len(self.pulse_trains)} symbols are invalid for data symbols of {self.bits} bits'
-            )
-        if len(self.preamble) > PREAMBLE_MAX or not all(
-            0 <= s < len(self.pulse_trains) for s in self.preamble
-        ):
-            raise LampFrameError(
-                f'the preamble is {self.preamble}, it must be up to {PREAMBLE_MAX} of the symbols'
-            )
+            raise LampFrameError(f'{len(self.pulse_trains)} symbols are invalid for data symbols of {self.bits} bits')
+        if len(self.preamble) > PREAMBLE_MAX or not all(0 <= s < len(self.pulse_trains) for s in self.preamble):
+            raise LampFrameError(f'the preamble is {self.preamble}, it must be up to {PREAMBLE_MAX} of the symbols')
         if not all(train.first_index < len(self.pattern) for train in self.pulse_trains):
             raise LampFrameError('a symbol starts beyond the end of the pattern')
         if not 0 <= self.plays <= PLAYS_MAX:
@@ -129,9 +119,7 @@ _CRC_LENGTH = 2
 
 def frame_to_bytes(frame: LampFrame) -> bytes:
     """Serialize a frame; raises `LampFrameError` if it is too long."""
-    body = b''.join(
-        TRAIN.pack(train.step_time, train.steps, train.first_index) for train in frame.pulse_trains
-    )
+    body = b''.join(TRAIN.pack(train.step_time, train.steps, train.first_index) for train in frame.pulse_trains)
     body += b''.join(_section_to_bytes(section, frame.bits) for section in frame.sections)
     length = HEADER.size + len(body) + _CRC_LENGTH
     if length > LENGTH_MAX:

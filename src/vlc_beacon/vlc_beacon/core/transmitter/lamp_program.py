@@ -25,12 +25,7 @@ from vlc_beacon.core.light_code.manchester import (
     segments_from_packet,
     segments_waveform,
 )
-from vlc_beacon.core.light_code.rs_fsk import (
-    constant_tone_waveform,
-    rs_fsk_code,
-    rs_fsk_waveform,
-    symbol_tones,
-)
+from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform, rs_fsk_code, rs_fsk_waveform, symbol_tones
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 from vlc_beacon.core.light_code.ufsook import EIGHTHS, FIRST_EIGHTH, HALF_LEVELS, UFSOOK, ufsook_waveform
 from vlc_beacon.core.transmitter.lamp_frame import (
@@ -55,10 +50,7 @@ class EncodingSettings:
         choices=(UFSOOK_NAME, RS_FSK_NAME, MANCHESTER_NAME, TONE_NAME),
     )
     frame_rate: float = setting(
-        30.0,
-        'frame rate of the slowest camera for rs_fsk or manchester; ufsook is for 60',
-        '1/s',
-        (5.0, 240.0),
+        30.0, 'frame rate of the slowest camera for rs_fsk or manchester; ufsook is for 60', '1/s', (5.0, 240.0)
     )
     row_time: float = setting(
         18.9e-6, 'line time of the rolling shutter, to compute the rows a lamp must cover', 's', (1e-6, 1e-3)
@@ -77,9 +69,7 @@ class EncodingSettings:
     )
     tick_rate: float = setting(TICK_RATE, "measured clock of the lamp's timer", '1/s', (1e6, 1e8))
     plays: int = setting(
-        0,
-        'repetitions of a temporary frame before the stored frame resumes; 0 for no limit',
-        limits=(0, PLAYS_MAX),
+        0, 'repetitions of a temporary frame before the stored frame resumes; 0 for no limit', limits=(0, PLAYS_MAX)
     )
 
 
@@ -119,8 +109,7 @@ def manchester_frame(
     """Return the frame of a sequence of packets in Manchester segments."""
     chips = ((_ZERO_AT, 2), (_ONE_AT, 2), (_PREAMBLE_AT, len(PREAMBLE)))
     pulse_trains = tuple(
-        pulse_train_of_duration(first, steps, steps * segment_format.chip_time, tick_rate)
-        for first, steps in chips
+        pulse_train_of_duration(first, steps, steps * segment_format.chip_time, tick_rate) for first, steps in chips
     )
     sections = []
     for packet in packets:

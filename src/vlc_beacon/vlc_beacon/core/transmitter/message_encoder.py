@@ -52,9 +52,7 @@ def encode_messages(messages: Sequence[str], context: EncoderContext) -> list[by
     """
     commands = {message for message in messages if message.partition(':')[0] in OPERATIONS}
     if context.is_one_shot and len(commands) > 1:
-        raise VlcBeaconError(
-            f'{" and ".join(sorted(commands))}: only one command can be one-shot; choose one'
-        )
+        raise VlcBeaconError(f'{" and ".join(sorted(commands))}: only one command can be one-shot; choose one')
     for one, other in pairwise(message.partition(':')[0] for message in sorted(commands)):
         if one == other:
             remedy = 'but each rule is executed once per visit; choose one'
@@ -110,7 +108,5 @@ def _parse_value(message: str, operation: Operation, value: str | None) -> float
         number = math.nan
     if not math.isfinite(number):
         example = '-1.5708 (rad)' if operation == Operation.TURN else '0.1 (m/s)'
-        raise VlcBeaconError(
-            f'{message}: {operation.label} needs a number; for example {operation.label}:{example}'
-        )
+        raise VlcBeaconError(f'{message}: {operation.label} needs a number; for example {operation.label}:{example}')
     return number

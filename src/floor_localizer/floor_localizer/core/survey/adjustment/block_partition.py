@@ -10,10 +10,7 @@ import numpy as np
 
 from floor_localizer.core.arrays import Booleans, Floats, Ints
 from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
-from floor_localizer.core.survey.adjustment.observation_merging import (
-    cluster_observations,
-    merge_observations,
-)
+from floor_localizer.core.survey.adjustment.observation_merging import cluster_observations, merge_observations
 from floor_localizer.core.survey.adjustment.observations import (
     ObservationBlock,
     ObservationBlocks,
@@ -137,9 +134,7 @@ class BlockPartitioner:
         """Return all observations in blocks, merged into dots by `merge_observations` at a merge distance [m]."""
         store, group_count = self._stored.store, self._stored.group_count
         store.put('states', 0, states)
-        run_indexed(
-            self._runner, partial(_store_extents, self._stored, self._position), group_count, _GROUPS_PER_TASK
-        )
+        run_indexed(self._runner, partial(_store_extents, self._stored, self._position), group_count, _GROUPS_PER_TASK)
         extents = np.concatenate([store.get('extents', number)[0] for number in range(group_count)])
         tiles = split_into_tiles(0.5 * (extents[:, 0] + extents[:, 1]), self._images_per_tile)
         blocks = ObservationBlocks(store, len(tiles))

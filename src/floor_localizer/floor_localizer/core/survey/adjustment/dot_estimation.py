@@ -10,11 +10,7 @@ import numpy as np
 
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.independent_tasks import TaskRunner
-from floor_localizer.core.survey.adjustment.observations import (
-    ObservationBlock,
-    ObservationBlocks,
-    project_rays_to_map,
-)
+from floor_localizer.core.survey.adjustment.observations import ObservationBlock, ObservationBlocks, project_rays_to_map
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.dot_matching import nearest_pairs
 

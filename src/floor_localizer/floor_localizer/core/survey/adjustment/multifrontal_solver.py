@@ -79,17 +79,13 @@ class EliminationTree:
         """Return the children of a node: two, or one at the end of a level."""
         return range(2 * index, min(2 * index + 2, self.node_count(level - 1))) if level else range(0)
 
-    def eliminate_subtree(
-        self, level: int, index: int, part: Callable[[int], NormalEquations]
-    ) -> NormalEquations:
+    def eliminate_subtree(self, level: int, index: int, part: Callable[[int], NormalEquations]) -> NormalEquations:
         """Return the Schur complement of a node after eliminating its whole subtree."""
         if level == 0:
             return self._eliminate(level, index, part(index))
         return self.merge_children(level, index, lambda child: self.eliminate_subtree(level - 1, child, part))
 
-    def merge_children(
-        self, level: int, index: int, complement: Callable[[int], NormalEquations]
-    ) -> NormalEquations:
+    def merge_children(self, level: int, index: int, complement: Callable[[int], NormalEquations]) -> NormalEquations:
         """Return the Schur complement of a node from those of its children, which are loaded when needed."""
         child_nodes = self.children(level, index)
         if len(child_nodes) == 1:
@@ -113,8 +109,7 @@ class EliminationTree:
             return EMPTY_SOLUTION
         images, others, upper, y = self.store.get(f'factor{level}', index)
         return PartialSolution(
-            images,
-            back_substitute(upper, y, known.unknowns_of_images(others)).reshape(-1, UNKNOWNS_PER_IMAGE),
+            images, back_substitute(upper, y, known.unknowns_of_images(others)).reshape(-1, UNKNOWNS_PER_IMAGE)
         )
 
     def solve_subtree(self, level: int, index: int, known: PartialSolution) -> list[PartialSolution]:

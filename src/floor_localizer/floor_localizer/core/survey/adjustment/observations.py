@@ -157,9 +157,7 @@ def collect_observations(images: Sequence[SurveyImage], numbers: Ints, dot_sigma
     return Observations(image, np.full(len(image), -1), directions, sigmas, diameters)
 
 
-def project_observations(
-    observations: Observations, states: Floats, position: Floats
-) -> ProjectedObservations:
+def project_observations(observations: Observations, states: Floats, position: Floats) -> ProjectedObservations:
     """Project observations to the map by the states of their images."""
     return ProjectedObservations(
         observations, project_rays_to_map(observations.directions, position, states[observations.image])

@@ -81,9 +81,7 @@ def _estimate_dots_of_block(blocks: ObservationBlocks, position: Floats, number:
     store, block = blocks.store, blocks[number]
     states, observations, count = store.memory_map('states'), block.observations, len(block.fixed_dots)
     dots, residuals = estimate_dots(block, states, position)
-    total = np.bincount(
-        observations.dot, observations.diameters * (1.0 + states[observations.image, 3]), count
-    )
+    total = np.bincount(observations.dot, observations.diameters * (1.0 + states[observations.image, 3]), count)
     store.put('residuals', number, residuals)
     store.put('places', number, dots)
     store.put('diameters', number, total / np.maximum(np.bincount(observations.dot, minlength=count), 1))

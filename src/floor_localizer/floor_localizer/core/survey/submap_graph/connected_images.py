@@ -58,9 +58,7 @@ def connect_images(
     builder.poses.optimize()
     rotations, translations = builder.poses.arrays()
     chosen = _main_component(builder, 0 if existing is None else 1, images)
-    used, states = _global_states(
-        [builder.submaps[k] for k in chosen], rotations[chosen], translations[chosen]
-    )
+    used, states = _global_states([builder.submaps[k] for k in chosen], rotations[chosen], translations[chosen])
     loop_closures = sum(edge.is_loop_closure for edge in builder.poses.edges)
     checkpoint.save_step('linked', images=used, states=states, loop_closures=np.array(loop_closures))
     return ConnectedImages(used, states, loop_closures)
@@ -88,9 +86,7 @@ def _main_component(builder: PoseGraphBuilder, first: int, images: Sequence[Surv
     return chosen
 
 
-def _global_states(
-    submaps: Sequence[Submap], rotations: Complexes, translations: Complexes
-) -> tuple[Ints, Floats]:
+def _global_states(submaps: Sequence[Submap], rotations: Complexes, translations: Complexes) -> tuple[Ints, Floats]:
     """Return the images of submaps, each once, and their states on the map."""
     used: dict[int, Floats] = {}
     for submap, a, b in zip(submaps, rotations, translations, strict=True):

@@ -60,9 +60,7 @@ class PoseGraphEdge:
         """Return the edge with at most as many dots as `optimize_pose_graph` uses."""
         if len(self.points_first) <= _MAX_DOTS:
             return self
-        chosen = np.linspace(0, len(self.points_first) - 1, min(len(self.points_first), _MAX_DOTS)).astype(
-            int
-        )
+        chosen = np.linspace(0, len(self.points_first) - 1, min(len(self.points_first), _MAX_DOTS)).astype(int)
         return replace(self, points_first=self.points_first[chosen], points_second=self.points_second[chosen])
 
 

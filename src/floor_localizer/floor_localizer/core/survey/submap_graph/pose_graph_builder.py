@@ -45,11 +45,7 @@ class PoseGraphBuilder:
     """
 
     def __init__(
-        self,
-        images: Sequence[SurveyImage],
-        settings: SurveySettings,
-        existing: Floats | None,
-        store: ArrayStore,
+        self, images: Sequence[SurveyImage], settings: SurveySettings, existing: Floats | None, store: ArrayStore
     ) -> None:
         """Begin with an empty graph, or with the dots of the map to extend, shape (n, 2) [m], as submap 0
         without images.
@@ -61,9 +57,7 @@ class PoseGraphBuilder:
         self._drift: list[float] = []
         self._all_dots: tuple[int, DotMatcher, Ints] | None = None
         if existing is not None:
-            old = Submap(
-                np.empty(0, dtype=np.int64), np.empty((0, 6)), existing, np.empty(0, dtype=np.int64), False
-            )
+            old = Submap(np.empty(0, dtype=np.int64), np.empty((0, 6)), existing, np.empty(0, dtype=np.int64), False)
             self._append(old, 1.0 + 0.0j, 0.0j, 0.0)
 
     def add(self, submap: Submap) -> None:
@@ -160,9 +154,7 @@ class PoseGraphBuilder:
         found = matcher.match_near(points - centroid, expected_centroid, radius, yaw_tolerance, tolerances)
         return self._shared_dots(index, other, found, centroid)
 
-    def _shared_dots(
-        self, index: int, other: int, found: DotMatch | None, centroid: Floats
-    ) -> DotMatch | None:
+    def _shared_dots(self, index: int, other: int, found: DotMatch | None, centroid: Floats) -> DotMatch | None:
         """Return all dots that two submaps share, given a match of some; None if they are too few."""
         if found is None:
             return None
@@ -219,10 +211,7 @@ class PoseGraphBuilder:
             self._all_dots = None  # release it first: never two of them in memory
             parts, owners = [], []
             for k in range(until):
-                z = (
-                    self.poses.rotations[k] * (self._matchers.dots(k) @ (1.0, 1j))
-                    + self.poses.translations[k]
-                )
+                z = self.poses.rotations[k] * (self._matchers.dots(k) @ (1.0, 1j)) + self.poses.translations[k]
                 parts.append(np.column_stack([z.real, z.imag]))
                 owners.append(np.full(len(z), k))
             self._all_dots = (until, DotMatcher(np.concatenate(parts)), np.concatenate(owners))

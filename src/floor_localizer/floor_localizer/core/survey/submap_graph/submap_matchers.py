@@ -51,13 +51,10 @@ class SubmapMatchers:
         """
         transformed, (lower, upper) = pose.transform(self[index].points), self._corners[other]
         return bool(
-            (transformed.min(axis=0) - radius < upper).all()
-            and (transformed.max(axis=0) + radius > lower).all()
+            (transformed.min(axis=0) - radius < upper).all() and (transformed.max(axis=0) + radius > lower).all()
         )
 
-    def overlap_candidates(
-        self, index: int, rotations: Complexes, translations: Complexes, radius: float
-    ) -> Ints:
+    def overlap_candidates(self, index: int, rotations: Complexes, translations: Complexes, radius: float) -> Ints:
         """Return a superset of the submaps for which `may_overlap` is true, by bounding circles.
 
         ``rotations``, shape (n,), are complex and of magnitude 1, ``translations`` are complex, shape (n,) [m].
