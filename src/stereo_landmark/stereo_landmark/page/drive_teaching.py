@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -31,7 +32,7 @@ def propose_from_drive(source: StereoPairs, options: argparse.Namespace) -> Driv
     return proposal
 
 
-def describe(proposal: DriveProposal, labels: list[str]) -> list[str]:
+def describe(proposal: DriveProposal, labels: Sequence[str]) -> list[str]:
     """Return the lines that describe a proposal."""
     fixes = [each for each in proposal.results if isinstance(each, LandmarkFix)]
     lines = [f'taught at {labels[proposal.taught]}; shapes, and how often they are found again:']

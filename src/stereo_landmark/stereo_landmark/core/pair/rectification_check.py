@@ -6,6 +6,7 @@ and consistent with one epipolar geometry are believed; where few remain, there 
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import cv2
 import numpy as np
@@ -28,7 +29,7 @@ ROW_SPREAD_MAX = 1.6
 NEGATIVE_FRACTION_MAX = 0.7
 NEGATIVE_DISPARITY = -1.0
 """Matches with a smaller disparity count as negative [px]."""
-_FLOW = {'winSize': (11, 11), 'maxLevel': 0, 'flags': cv2.OPTFLOW_USE_INITIAL_FLOW}
+_FLOW: dict[str, Any] = {'winSize': (11, 11), 'maxLevel': 0, 'flags': cv2.OPTFLOW_USE_INITIAL_FLOW}
 
 
 class PairFault(Enum):

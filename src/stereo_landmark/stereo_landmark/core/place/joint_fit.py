@@ -97,16 +97,16 @@ def fit_jointly(
         weights /= scales**2
         information = np.einsum('n,nij,nik->jk', weights, jacobian, jacobian, optimize=True) + np.diag(prior)
         gradient = np.einsum('n,nij,ni->j', weights, jacobian, whitened, optimize=True)
-        covariance = covariance_from_information(information, DETERMINANT_MIN)
-        if covariance is None:
+        inverse = covariance_from_information(information, DETERMINANT_MIN)
+        if inverse is None:
             return None
-        step = covariance @ (gradient + prior * (prior_mean - state))
+        step = inverse @ (gradient + prior * (prior_mean - state))
         state = state + step
         if np.abs(step).max() < STEP_TOLERANCE:
             break
     state[3] = wrap_angle(float(state[3]))
     pose = slice(0, STATE_SIZE)
-    return JointFit(state[pose], covariance[pose, pose], residuals, distances)
+    return JointFit(state[pose], inverse[pose, pose], residuals, distances)
 
 
 def _noise_scales(whitened: Floats, is_feature: Masks) -> Floats:
