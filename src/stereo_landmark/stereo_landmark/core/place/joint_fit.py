@@ -88,7 +88,7 @@ def fit_jointly(
     prior[[ROLL, PITCH]] = max(settings.tilt_sigma, FREE_TILT_SIGMA if settings.tilt_sigma > 0.0 else 1e-6) ** -2
     prior[STATE_SIZE:] = settings.bias_sigma**-2
     noise = points.covariances + settings.pixel_sigma**2 * np.eye(MEASUREMENT_SIZE)
-    state = np.concatenate([start, np.zeros(BIASES)])
+    state, covariance = np.concatenate([start, np.zeros(BIASES)]), np.diag(prior)
     for _ in range(ITERATIONS_MAX):
         residuals, jacobian, whitened = _linearize(points, rig, state, noise)
         scales = _noise_scales(whitened, points.is_feature)
@@ -100,13 +100,14 @@ def fit_jointly(
         inverse = covariance_from_information(information, DETERMINANT_MIN)
         if inverse is None:
             return None
-        step = inverse @ (gradient + prior * (prior_mean - state))
+        covariance = inverse
+        step = covariance @ (gradient + prior * (prior_mean - state))
         state = state + step
         if np.abs(step).max() < STEP_TOLERANCE:
             break
     state[3] = wrap_angle(float(state[3]))
     pose = slice(0, STATE_SIZE)
-    return JointFit(state[pose], inverse[pose, pose], residuals, distances)
+    return JointFit(state[pose], covariance[pose, pose], residuals, distances)
 
 
 def _noise_scales(whitened: Floats, is_feature: Masks) -> Floats:
