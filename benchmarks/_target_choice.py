@@ -32,9 +32,20 @@ DRAWS_MAX = 20
 
 
 class TargetChooser:
-    """Chooses target sets in one pair of images, with a threshold of edges [grey levels / px]."""
+    """Chooses target sets in one pair of images, with a threshold of edges [grey levels / px].
 
-    def __init__(self, moment: Moment, rig: StereoRig, threshold: float = EdgeSettings().threshold) -> None:
+    Far scenes need a larger standard deviation of the points [m], and have fewer primitives.
+    """
+
+    def __init__(
+        self,
+        moment: Moment,
+        rig: StereoRig,
+        threshold: float = EdgeSettings().threshold,
+        sigma_max: float = POINT_SIGMA_MAX,
+        primitives: int = PRIMITIVES,
+    ) -> None:
+        self._sigma_max, self._primitives = sigma_max, primitives
         processing = ImageProcessing(edges=EdgeSettings(threshold=threshold))
         left, right = (detect_scene(image, processing) for image in (moment.left, moment.right))
         self._moment = moment
@@ -70,7 +81,7 @@ class TargetChooser:
             candidate = self.candidates[i]
             if all(np.hypot(*(candidate.centre - each.centre)) >= APART for each in chosen):
                 chosen.append(candidate)
-            if len(chosen) == PRIMITIVES:
+            if len(chosen) == self._primitives:
                 break
         return {f'{type(each).__name__.lower()} {i}': each for i, each in enumerate(chosen, 1)}
 
@@ -83,7 +94,7 @@ class TargetChooser:
             points = self._teacher.coordinates(stereo_points([('it', *self._teacher.measure(primitive))]))
         except StereoLandmarkError:
             return False
-        return bool(np.linalg.eigvalsh(points.covariances).max() <= POINT_SIGMA_MAX**2)
+        return bool(np.linalg.eigvalsh(points.covariances).max() <= self._sigma_max**2)
 
 
 def _outline(primitive: Primitive) -> NDArray[np.float64]:

@@ -2,7 +2,8 @@
 
 The robot drives up to somebody who stands in its corridor, and waits; who stood there leaves. Many rays return nothing
 (+inf). Somebody either walks in while the robot looks, or stands there from the first sight. The way is free again when
-the planner finds a route past the place; kept cells are occupied ones where nothing is. There is no recovery here.
+the planner finds a route past the place; kept cells are occupied ones where nothing is. Without a route the robot
+backs up and clears the map around it when its recovery behaviors come to that; it does not turn to look around.
 """
 
 import math
@@ -16,6 +17,7 @@ from _harness import Option, Run, progress, run_benchmark
 from numpy.typing import NDArray
 
 from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import OCCUPIED, UNKNOWN, GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
@@ -33,6 +35,9 @@ LENGTH, SENSOR_RANGE, RESOLUTION = 14.0, 6.0, 0.05
 PERIOD, SPEED, STAND, PATIENCE = 0.2, 0.5, 6.0, 40.0
 """Time between frames [s], speed of the robot [m/s], time that somebody stands, and after it [s]."""
 GOAL = SE2(9.0, 0.0, 0.0)
+DRIVING = DrivingSettings()
+RECOVERY = 1.0 + 2.0 * math.tau / DRIVING.max_angular_velocity + DRIVING.recovery_wait
+"""Time without a route until the robot has looked around and waited [s]."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +131,15 @@ def run_blockage(scene: Blockage, seed: int) -> Outcome:
     navigator.set_static_map(walls)
     x, y = walls.frame.centre_of(np.argwhere(np.ones(walls.frame.shape, dtype=np.bool_))).T
     inside = (np.abs(y) < 0.5 * scene.width - 0.15) & (x > 0.0) & (x < GOAL.x)
-    was_blocked, freed, kept = False, math.inf, 0
+    was_blocked, freed, kept, cleared = False, math.inf, 0, False
     for step in range(math.ceil((scene.leaves + PATIENCE) / PERIOD)):
         time = step * PERIOD
-        navigator.add_pose(time, pose := SE2(min(SPEED * time, scene.stop), 0.0, 0.0))
+        recovering = time - scene.stop / SPEED - RECOVERY if math.isinf(freed) else -1.0
+        backed = min(max(0.1 * recovering, 0.0), DRIVING.recovery_distance)
+        navigator.add_pose(time, pose := SE2(min(SPEED * time, scene.stop) - backed, 0.0, 0.0))
+        if not cleared and backed == DRIVING.recovery_distance:
+            navigator.clear_around(pose, DRIVING.recovery_radius)
+            cleared = True
         points = points_from_depth_image(depth_at(scene, time, pose, rng), scene.camera)
         navigator.add_frame(time, time, SensorFrame(points, scene.camera.fx))
         with suppress(RewardPlannerError):  # a covered camera: the node reports it and stops
