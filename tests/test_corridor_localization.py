@@ -80,7 +80,13 @@ def test_the_live_node_finds_the_robot_in_millimetres(folder: Path) -> None:
     assert 1e3 * errors.max() < 6.0
 
 
-def test_the_place_is_not_looked_for_with_other_cameras(places: list[TaughtPlace]) -> None:
-    frames, _ = located('corridor_raw', places, is_raw=True)
-    assert frames
-    assert all(isinstance(frame.outcome, str) and 'other cameras' in frame.outcome for frame in frames)
+def test_the_place_is_found_after_the_cameras_were_calibrated_again(places: list[TaughtPlace]) -> None:
+    """The cameras of this drive are turned a little against those at teaching, which the mount does not say."""
+    frames, truths = located('corridor_raw', places, is_raw=True)
+    taught = places[0].T_map_place
+    assert taught is not None
+    fixes = [(frame.fix, truth) for frame, truth in zip(frames, truths, strict=True) if frame.fix is not None]
+    assert len(fixes) >= 0.5 * len(frames)
+    errors = [1e3 * (taught @ fix.displacement.T_place_base).distance_to(truth) for fix, truth in fixes]
+    assert np.median(errors) < 10.0
+    assert max(errors) < 15.0

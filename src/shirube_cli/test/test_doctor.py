@@ -91,7 +91,7 @@ def test_our_own_parameter_files_have_no_unknown_name() -> None:
         assert list(unknown_names(yaml.safe_load(path.read_text()))) == [], path
     spelled = {'robot': {'vlc_beacon': {'ros__parameters': {'lamps': {'diameter_mn': 4.0}, 'qos_overrides.x': 1}}}}
     assert list(unknown_names(spelled)) == [('lamps.diameter_mn', 'lamps.diameter_min')]
-    assert list(unknown_names({'camera': {'ros__parameters': {'fps': 30}}})) == []
+    assert list(unknown_names({'usb_cam': {'ros__parameters': {'fps': 30}}})) == []
 
 
 def test_a_damaged_file_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -28,7 +28,7 @@ class Robot:
             TwistStamped, 'cmd_vel_in', lambda m: self.velocities.append((time.monotonic(), m.twist)), 10
         )
         self.node.create_subscription(PoseStamped, 'goal_pose', self.goals.append, 10)
-        start_spinning(self.node)
+        self.thread = start_spinning(self.node)
 
     async def until(self, is_true):
         end = time.monotonic() + 20.0
@@ -42,6 +42,9 @@ def robot():
     with isolated_graph() as graph:
         robot = Robot(graph.context)
         yield robot
+        graph.context.try_shutdown()
+        robot.thread.join()
+        robot.node.destroy_node()
 
 
 def converse(robot, tmp_path, conversation, *tokens, bags=(), can_command=True):

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -30,7 +31,7 @@ from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocaliz
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side
 from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.settings import LandmarkSettings
+from stereo_landmark.core.settings import BOTH, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import calibration_from_camera_info, to_grey
 from stereo_landmark.files.place_file import load_images, load_places, place_path
@@ -230,6 +231,8 @@ def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: Landm
         StereoLandmarkError: an image is missing, corrupted or has the wrong size.
     """
     lines = []
+    # Features would find a place whose targets are of no use.
+    settings = replace(settings, method=SHAPES) if settings.method == BOTH else settings
     for place in places:
         # Loading again reports why the images of a place are missing.
         images = place.images or load_images(place_path(folder, place.name))

@@ -29,6 +29,8 @@ SPARSE_BELOW = 30
 """Places with fewer features cannot veto a pose of the shapes."""
 TILT_ERROR_MAX = 0.1
 """Maximum difference of roll and pitch from the known ones [rad]."""
+REACH_FACTOR = 1.5
+"""A pose may be this much farther than the region in which it is searched."""
 SAME_POSITION, SAME_YAW = 0.1, 0.05
 """Poses that are closer are the same [m, rad]."""
 
@@ -116,7 +118,8 @@ class ViewLocalizer:
         if fit is None:
             return ViewFault.NOT_FOUND
         search, inliers = self._settings.search, fit.distances < GATE
-        if np.hypot(*fit.state[:2]) > search.distance_max or abs(fit.state[3]) > search.yaw_max:
+        reach, turn = REACH_FACTOR * search.distance_max, REACH_FACTOR * search.yaw_max
+        if np.hypot(*fit.state[:2]) > reach or abs(fit.state[3]) > turn:
             return ViewFault.OUTSIDE
         x, y, z, yaw, roll, pitch = fit.state.tolist()
         names = tuple(name for name, kept in zip(shapes.seen.names, inliers[:count], strict=True) if kept)
