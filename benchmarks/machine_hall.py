@@ -105,7 +105,9 @@ def main(run: Run, step: int) -> None:
         found = None if motion is None else level_displacement(*motion, taught.tilt, hall.rigs[end])
         rows[PEER].append(np.full(4, np.nan) if found is None else found - truth)
         place = places[begin]
-        for method in METHODS if place is not None else ():
+        if place is None:
+            continue
+        for method in METHODS:
             pose, variance = locate(place, hall, end, method)
             rows[method].append(pose - truth)
             variances[method].append(variance + _truth_variance(truth))
