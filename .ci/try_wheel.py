@@ -38,8 +38,20 @@ def try_wheel(folder: Path) -> None:
         subprocess.run([*map(str, command)], cwd=folder, env=variables, check=True)
 
     uv, python = Path(sys.prefix, 'bin', 'uv'), folder / 'new' / 'bin' / 'python'
+    # A copy: setuptools leaves a folder build where it builds, which is checked and tested meanwhile.
+    source = folder / 'source'
+    run('git', 'clone', '--quiet', ROOT, source)
     run(
-        uv, 'build', '--quiet', '--wheel', '--no-build-isolation', '--python', sys.executable, '--out-dir', folder, ROOT
+        uv,
+        'build',
+        '--quiet',
+        '--wheel',
+        '--no-build-isolation',
+        '--python',
+        sys.executable,
+        '--out-dir',
+        folder,
+        source,
     )
     run(uv, 'venv', '--quiet', '--python', sys.executable, 'new')
     versions = ['--constraints', ROOT / 'environment' / 'runtime.lock', '--index-strategy', 'unsafe-best-match']
