@@ -150,7 +150,7 @@ def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     found = {}
     for package, (create, parameters) in NODES.items():
         more = {'places_dir': str(places)} if package == 'stereo_landmark' else {}
-        # The graph of a domain may lack a node for good when others start at that moment: names are read again in another.
+        # The graph of a domain may lack a node for good if others start just then: names are read again in another.
         for _ in range(ATTEMPTS):
             with isolated_graph() as graph:
                 node = graph.add(create, **parameters, **more)
