@@ -1,7 +1,7 @@
 """Calibration boards, chessboard or ChArUco: corners on the board, and their detection in images."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -47,15 +47,16 @@ class Board:
         self.size = settings.columns, settings.rows
         x, y = np.meshgrid(*map(np.arange, self.size))
         self.corners = settings.square * np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=-1, dtype=float)
-        self._charuco = None
+        self._charuco: Any = None
         if settings.pattern == 'charuco':
-            if not hasattr(getattr(cv2, 'aruco', None), 'CharucoDetector'):
+            aruco: Any = getattr(cv2, 'aruco', None)  # OpenCV 4.6 may lack it
+            if not hasattr(aruco, 'CharucoDetector'):
                 raise ShirubeCameraError(
                     f'OpenCV {cv2.__version__} has no ChArUco detector; use a chessboard, or OpenCV 4.7 or newer'
                 )
-            words = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_1000)
+            words = aruco.getPredefinedDictionary(aruco.DICT_4X4_1000)
             squares, side = (settings.columns + 1, settings.rows + 1), settings.square
-            self._charuco = cv2.aruco.CharucoDetector(cv2.aruco.CharucoBoard(squares, side, MARKER * side, words))
+            self._charuco = aruco.CharucoDetector(aruco.CharucoBoard(squares, side, MARKER * side, words))
 
     def detect(self, image: NDArray[np.uint8]) -> BoardView | None:
         """Return the corners in a grey image, shape (h, w), or None if the board is not found."""
