@@ -6,7 +6,7 @@ import pytest
 from drawn_wall import Disc, Wall, from_left, look, teach_view, view_of
 from taught_wall import RIG
 
-from stereo_landmark.core.features.patch_alignment import align_patches, smooth
+from stereo_landmark.core.features.patch_alignment import align_patches, cut_patches, smooth
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.settings import BOTH, FEATURES, SHAPES, LandmarkSettings, SearchSettings
 
@@ -50,7 +50,8 @@ def test_a_patch_is_found_to_a_twentieth_of_a_pixel_whatever_gain_and_offset():
     moved = 0.7 * cv2.warpAffine(image, shift, (160, 120), flags=cv2.INTER_CUBIC) + 20.0
     centres = np.random.default_rng(2).uniform(25.0, 95.0, (30, 2))
     maps = np.tile(np.eye(2), (30, 1, 1))
-    found = align_patches(smooth(image), centres, smooth(moved), centres, maps)
+    patches = cut_patches(smooth(image), centres)
+    found = align_patches(patches, np.arange(30), smooth(moved), centres, maps)
     assert np.median(np.abs(found.pixels - centres - [0.6, -0.35])) < 0.05
     assert (found.correlations > 0.95).all()
 

@@ -9,7 +9,7 @@ from stereo_calibrations import RealPairs
 
 from shirube_core.geometry import SE2, CameraMount, wrap_angle
 from stereo_landmark.core import landmark_localizer
-from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix, PlacePrior
 from stereo_landmark.core.pair.camera_pair import Rectifier, stereo_rig
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import detect_scene
@@ -54,7 +54,7 @@ def test_the_place_and_the_displacement_are_found(places, images):
 
 
 def test_another_place_is_tried_when_the_robot_is_not_where_it_should_be(places, images):
-    fix = LandmarkLocalizer(places).locate(*images, likely_places=['signs'])
+    fix = LandmarkLocalizer(places).locate(*images, prior=PlacePrior('signs'))
     assert fix.place.name == 'panels'
     answer = LandmarkLocalizer(places[1:]).locate(*images)
     assert answer.detail.startswith('place signs: target: ')
@@ -69,7 +69,7 @@ def test_a_target_that_is_found_but_gives_no_points_is_too_few(places, images):
 def test_two_similar_places_are_ambiguous(places, images):
     localizer = LandmarkLocalizer([places[0], replace(places[0], name='twin')])
     assert localizer.locate(*images).reason == 'ambiguous: several places match'
-    assert isinstance(localizer.locate(*images, likely_places=['twin']), LandmarkFix)
+    assert isinstance(localizer.locate(*images, prior=PlacePrior('twin')), LandmarkFix)
 
 
 def test_the_failure_reason_is_that_of_the_place_nearest_to_a_fix(places, images):
@@ -86,7 +86,7 @@ def test_images_are_looked_at_once_for_places_of_one_image_processing(places, im
         landmark_localizer, 'detect_scene', lambda *given: looked_at.append(given) or detect_scene(*given)
     )
     halls = [replace(places[1], name=f'hall {number}') for number in range(3)]
-    assert isinstance(LandmarkLocalizer(halls).locate(*images, likely_places=['hall 1']), NoLandmarkFix)
+    assert isinstance(LandmarkLocalizer(halls).locate(*images, prior=PlacePrior('hall 1')), NoLandmarkFix)
     assert len(looked_at) == 2
     processing = places[1].processing
     other = replace(processing, edges=replace(processing.edges, threshold=7.0))

@@ -10,7 +10,7 @@ from place_scenes import MOUNT
 from random_places import random_place
 from taught_wall import CALIBRATIONS, HERE, RAW, TAUGHT, raw_image, seen, taught_place
 
-from shirube_core.geometry import LensModel
+from shirube_core.geometry import SE2, LensModel
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.pair import pair_stream
 from stereo_landmark.core.pair.camera_pair import Side, StampSynchronizer
@@ -24,12 +24,14 @@ SECOND = 1_000_000_000
 
 @pytest.fixture
 def asked(monkeypatch):
-    """The tilt and the likely places of every call; all but the third return a fix."""
+    """The tilt and the prior of every call; all but the third return a fix, each 1 cm farther than the one before."""
     questions = []
 
-    def locate(self, left, right, tilt, likely):
-        questions.append((tilt, tuple(likely)))
-        return (without_fix() if len(questions) == 3 else with_fix()).result
+    def locate(self, left, right, tilt, prior):
+        questions.append((tilt, prior))
+        fix = with_fix().result
+        there = replace(fix.displacement, T_place_base=SE2(0.01 * len(questions), 0.0, 0.0))
+        return without_fix().result if len(questions) == 3 else replace(fix, displacement=there)
 
     monkeypatch.setattr(LandmarkLocalizer, 'locate', locate)
     return questions
@@ -62,11 +64,21 @@ def test_the_place_of_late_is_asked_first_until_it_is_forgotten_or_long_ago(aske
     robot = stream()
     for seconds in (0.0, 1.0, 2.0, 3.0):
         add_pair(robot, seconds)
-    assert [likely for _, likely in asked] == [(), ('wall',), ('wall',), ('wall',)]
+    assert [prior and prior.place for _, prior in asked] == [None, 'wall', 'wall', 'wall']
     robot.drop_prior()
     for seconds in (4.0, 5.0, 20.0):
         add_pair(robot, seconds)
-    assert [likely for _, likely in asked[4:]] == [(), ('wall',), ()]
+    assert [prior and prior.place for _, prior in asked[4:]] == [None, 'wall', None]
+
+
+def test_the_pose_is_predicted_at_constant_velocity_for_a_short_time(asked):
+    robot = stream()
+    for seconds in (0.0, 0.1, 0.3, 0.4, 5.0):
+        add_pair(robot, seconds)
+    states = [None if prior is None or prior.state is None else prior.state for _, prior in asked]
+    assert states[0] is None
+    assert states[4] is None
+    assert [float(states[i][0]) for i in (1, 2, 3)] == pytest.approx([0.01, 0.04, 0.05])
 
 
 def test_the_tilt_near_the_image_counts_and_without_one_the_robot_is_level(asked):

@@ -144,10 +144,16 @@ def matrix_from_rpy(rpy: ArrayLike) -> NDArray[np.float64]:
     Returns:
         array, shape (3, 3), ``R_parent_child``.
     """
-    from scipy.spatial.transform import Rotation  # noqa: PLC0415 takes 0.2 s, and not every node rotates
-
-    matrix: NDArray[np.float64] = Rotation.from_euler('xyz', np.asarray(rpy, dtype=np.float64)).as_matrix()
-    return matrix
+    roll, pitch, yaw = np.asarray(rpy, dtype=np.float64).tolist()
+    a, b, c = math.cos(roll), math.cos(pitch), math.cos(yaw)
+    d, e, f = math.sin(roll), math.sin(pitch), math.sin(yaw)
+    return np.array(
+        [
+            [c * b, c * e * d - f * a, c * e * a + f * d],
+            [f * b, f * e * d + c * a, f * e * a - c * d],
+            [-e, b * d, b * a],
+        ]
+    )
 
 
 def covariance_from_information(information: NDArray[np.float64], determinant_min: float) -> NDArray[np.float64] | None:

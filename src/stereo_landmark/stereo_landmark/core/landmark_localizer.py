@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,10 +14,16 @@ from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.paper_search import PaperSearch
-from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
-from stereo_landmark.core.procedure.target_search import NoTargetDetection, TargetDetection, TargetResult, TargetSearch
+from stereo_landmark.core.procedure.stereo_view import StereoView, TiltedCameras, detect_scene
+from stereo_landmark.core.procedure.target_search import (
+    NoTargetDetection,
+    TargetDetection,
+    TargetResult,
+    TargetSearch,
+    target_regions,
+)
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
-from stereo_landmark.core.settings import BOTH, CLOSED_FORM, PAPER, SHAPES, LandmarkSettings
+from stereo_landmark.core.settings import CLOSED_FORM, FEATURES, PAPER, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.view_localizer import ShapePoints, ViewFault, ViewLocalizer, state_of
@@ -25,6 +32,14 @@ __all__ = ['LandmarkFix', 'LandmarkLocalizer', 'NoLandmarkFix']
 
 SHAPES_YAW_MAX = math.radians(20.0)
 """Maximum yaw that is searched by the shapes of a place with features [rad]."""
+
+
+class PlacePrior(NamedTuple):
+    """The place where the robot probably is, and its predicted state there, shape (6,); None if it is unknown."""
+
+    place: str
+    state: Floats | None = None
+
 
 _ViewKey = tuple[ImageProcessing, frozenset[PrimitiveKind], StereoRig]
 
@@ -71,11 +86,7 @@ class LandmarkLocalizer:
             self._patches = {place.name: TaughtPatches(place, sigma) for place in places}
 
     def locate(
-        self,
-        left: GreyImage,
-        right: GreyImage,
-        tilt: tuple[float, float] = (0.0, 0.0),
-        likely_places: Sequence[str] = (),
+        self, left: GreyImage, right: GreyImage, tilt: tuple[float, float] = (0.0, 0.0), prior: PlacePrior | None = None
     ) -> LandmarkFix | NoLandmarkFix:
         """Recognize the place and estimate the displacement from it (paper 3.4, fig. 6).
 
@@ -83,7 +94,8 @@ class LandmarkLocalizer:
             left: rectified grey image of the left camera, shape (h, w).
             right: rectified grey image of the right camera, shape (h, w).
             tilt: known roll and pitch of the base [rad].
-            likely_places: names of the places to search first; others are searched only if none of these matches.
+            prior: the place to search first; others are searched only if it does not match. At its predicted pose,
+                features are measured without a search.
 
         Raises:
             StereoLandmarkError: an image has another type or size than those of the place's cameras.
@@ -94,10 +106,11 @@ class LandmarkLocalizer:
         for is_likely in (True, False):
             fixes: list[LandmarkFix] = []
             for place in self.places:
-                if (place.name in likely_places) is not is_likely:
+                if (prior is not None and place.name == prior.place) is not is_likely:
                     continue
                 _check_sizes(place, (left, right))
-                result = self._locate_at(place, seen, tilt, views)
+                predicted = prior.state if prior is not None and is_likely else None
+                result = self._locate_at(place, seen, tilt, views, predicted)
                 if isinstance(result, LandmarkFix):
                     fixes.append(result)
                 else:
@@ -109,35 +122,43 @@ class LandmarkLocalizer:
         return max(failures, key=lambda failure: failure.progress)
 
     def _locate_at(
-        self, place: TaughtPlace, images: SeenImages, tilt: tuple[float, float], views: dict[_ViewKey, StereoView]
+        self,
+        place: TaughtPlace,
+        images: SeenImages,
+        tilt: tuple[float, float],
+        views: dict[_ViewKey, StereoView],
+        predicted: Floats | None,
     ) -> LandmarkFix | NoLandmarkFix:
-        """Return the pose at a place: shapes find it, else features, and the fit uses both."""
-        view = self._views.get(place.name)
-        by_shapes: LandmarkFix | NoLandmarkFix = NoLandmarkFix(ViewFault.NOT_FOUND.value, f'place {place.name}')
-        if view is None or self._settings.method == BOTH:
-            detections = self._detect(place, images, tilt, views)
-            by_shapes, points = self._locate_by_shapes(place, detections, images, tilt)
+        """Return the pose at a place: features find it, else shapes, and the fit uses both."""
+        view, by_shapes = self._views.get(place.name), self._settings.method != FEATURES
+        # 1. Without features: the paper's search.
         if view is None:
-            return by_shapes
-        shape_fix = by_shapes.displacement if isinstance(by_shapes, LandmarkFix) else None
-        confirmed = None if shape_fix is None else view.confirm(shape_fix, images)
-        if isinstance(by_shapes, LandmarkFix) and confirmed is not None:
-            used = np.array([name in by_shapes.displacement.names for name in points.seen.names], dtype=np.bool_)
-            points = ShapePoints(points.seen.subset(used), points.taught)
-            fix = view.fit(state_of(by_shapes.displacement), confirmed, points, tilt)
-            return self._finish(place, fix, by_shapes.detections, by_shapes.matched_patches)
-        found = view.find(images, tilt, shape_fix)
-        if isinstance(found, ViewFault):
-            if found is ViewFault.NOT_FOUND and (shape_fix is None or view.is_sparse):
-                return by_shapes
-            return self._finish(place, found, by_shapes.detections)
-        state, measured = found
-        detections = ()
-        if self._settings.method == BOTH:
-            level = state[4], state[5]
-            detections = self._detect(place, images, level, views, state[:4])
-        points, patches = self._measure(place, detections, images)
-        return self._finish(place, view.fit(state, measured, points, tilt), detections, patches)
+            return self._locate_by_shapes(place, images, tilt, views)[0]
+        # 2. Features where the prior predicts them; else features of the whole image.
+        followed = None if predicted is None else view.confirm(predicted, images)
+        found = (predicted, followed) if predicted is not None and followed is not None else view.find(images, tilt)
+        # 3. Shapes where the pose predicts them; all points into one fit.
+        if not isinstance(found, ViewFault):
+            start, measured = found
+            state = view.refine(start, measured, tilt)
+            detections = self._detect_at(place, images, state) if by_shapes and state is not None else ()
+            points, patches = self._measure(place, detections, images)
+            fit = view.fit(start if state is None else state, measured, points, tilt)
+            return self._finish(place, fit, detections, patches)
+        # 4. Where features do not find a unique pose: the paper's search, which the features have to confirm.
+        if not by_shapes:
+            return NoLandmarkFix(found.value, f'place {place.name}')
+        fix, points = self._locate_by_shapes(place, images, tilt, views)
+        if not isinstance(fix, LandmarkFix):
+            return self._finish(place, found, fix.detections) if found is ViewFault.AMBIGUOUS else fix
+        confirmed = view.confirm(state_of(fix.displacement), images)
+        if confirmed is None:
+            is_free = found is ViewFault.NOT_FOUND and view.is_sparse
+            return fix if is_free else self._finish(place, found, fix.detections)
+        used = np.array([name in fix.displacement.names for name in points.seen.names], dtype=np.bool_)
+        points = ShapePoints(points.seen.subset(used), points.taught)
+        joint = view.fit(state_of(fix.displacement), confirmed, points, tilt)
+        return self._finish(place, joint, fix.detections, fix.matched_patches)
 
     def _finish(
         self,
@@ -151,14 +172,9 @@ class LandmarkLocalizer:
         return NoLandmarkFix(result.value, f'place {place.name}', detections)
 
     def _detect(
-        self,
-        place: TaughtPlace,
-        images: SeenImages,
-        tilt: tuple[float, float],
-        views: dict[_ViewKey, StereoView],
-        state: Floats | None = None,
+        self, place: TaughtPlace, images: SeenImages, tilt: tuple[float, float], views: dict[_ViewKey, StereoView]
     ) -> tuple[TargetResult, ...]:
-        """Search each target by its procedure tree (figs 7 and 8), or at a known state, shape (4,)."""
+        """Search each target by its procedure tree (figs 7 and 8)."""
         if self._settings.mode == PAPER:
             pair = images.left, images.right
             return tuple(self._paper_searches[place.name].search(target, pair, tilt) for target in place.targets)
@@ -170,11 +186,23 @@ class LandmarkLocalizer:
             if key not in views:
                 scenes = [detect_scene(image, processing, place.kinds) for image in (images.left, images.right)]
                 views[key] = StereoView(scenes[0], scenes[1], place.rig, tilt)
-            search = self._searches[place.name]
-            if state is None:
-                detections.append(search.search(target, views[key]))
-            else:
-                detections.append(search.search_at(target, replace(views[key], tilt=tilt), state))
+            detections.append(self._searches[place.name].search(target, views[key]))
+        return tuple(detections)
+
+    def _detect_at(self, place: TaughtPlace, images: SeenImages, state: Floats) -> tuple[TargetResult, ...]:
+        """Search each target where a state, shape (6,), predicts it; the images are processed only there."""
+        detections = []
+        for target in place.targets:
+            kinds = {primitive.kind for primitive in target.primitives}
+            cameras = TiltedCameras(place.rig, (state[4], state[5]))
+            scenes = [
+                detect_scene(image, target.processing or place.processing, kinds, region)
+                for image, region in zip(
+                    (images.left, images.right), target_regions(target, cameras, state[:4]), strict=True
+                )
+            ]
+            view = StereoView(scenes[0], scenes[1], place.rig, cameras.tilt)
+            detections.append(self._searches[place.name].search_at(target, view, state[:4]))
         return tuple(detections)
 
     def _measure(
@@ -193,8 +221,9 @@ class LandmarkLocalizer:
         return ShapePoints(seen.subset(is_selected), taught), patches
 
     def _locate_by_shapes(
-        self, place: TaughtPlace, detections: tuple[TargetResult, ...], images: SeenImages, tilt: tuple[float, float]
+        self, place: TaughtPlace, images: SeenImages, tilt: tuple[float, float], views: dict[_ViewKey, StereoView]
     ) -> tuple[LandmarkFix | NoLandmarkFix, ShapePoints]:
+        detections = self._detect(place, images, tilt, views)
         points, patches = self._measure(place, detections, images)
         # Points at inconsistent distances are excluded (end of 3.4); the others determine the displacement (3.1).
         result = PlaceLocator(place.rig, self._place_settings).locate(*points, tilt)

@@ -17,7 +17,7 @@ from stereo_landmark.core.features.taught_features import TaughtFeatures
 from stereo_landmark.core.place.joint_fit import GATE, JointPoints, fit_jointly
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.settings import LandmarkSettings
-from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, StereoRig
+from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, StereoRig, concatenate
 
 CONFIRMING_MIN, CONFIRMING_FRACTION = 30, 0.5
 """Features that confirm a pose of the shapes: minimum number and fraction of the expected ones."""
@@ -27,6 +27,8 @@ RIVAL_RATIO = 0.6
 """Another pose with at least this fraction of the features makes a pose ambiguous."""
 SPARSE_BELOW = 30
 """Places with fewer features cannot veto a pose of the shapes."""
+REFINING_STEPS = 3
+"""Steps of the fit that predicts the shapes."""
 TILT_ERROR_MAX = 0.1
 """Maximum difference of roll and pitch from the known ones [rad]."""
 REACH_FACTOR = 1.5
@@ -68,21 +70,18 @@ class ViewLocalizer:
         """Whether the taught view has too few features."""
         return self._search.count < SPARSE_BELOW
 
-    def confirm(self, fix: PlaceFix, images: SeenImages) -> MeasuredFeatures | None:
-        """Return the features at the pose of the shapes, None if they do not confirm it."""
-        measured = self._search.measure(state_of(fix), images)
+    def confirm(self, state: Floats, images: SeenImages) -> MeasuredFeatures | None:
+        """Return the features at a state, shape (6,), None if they do not confirm it."""
+        measured = self._search.measure(state, images)
         is_confirmed = len(measured) >= CONFIRMING_MIN and measured.fraction >= CONFIRMING_FRACTION
         return measured if is_confirmed else None
 
-    def find(
-        self, images: SeenImages, tilt: tuple[float, float], shapes: PlaceFix | None
-    ) -> tuple[Floats, MeasuredFeatures] | ViewFault:
+    def find(self, images: SeenImages, tilt: tuple[float, float]) -> tuple[Floats, MeasuredFeatures] | ViewFault:
         """Find the pose by features alone.
 
         Args:
             images: current pair.
             tilt: known roll and pitch of the base [rad].
-            shapes: pose of the shapes that is not confirmed, None without one.
 
         Returns:
             state, shape (6,), and the features that it explains.
@@ -93,14 +92,20 @@ class ViewLocalizer:
         measured = self._search.measure(state, images)
         if len(measured) < FEATURES_MIN or measured.fraction < FRACTION_MIN:
             return ViewFault.NOT_FOUND
-        rivals = [self._search.find_rival(images.features, state)]
-        rivals += [] if shapes is None else [state_of(shapes)]
-        for rival in rivals:
-            if rival is None or _is_same(rival, state):
-                continue
-            if len(self._search.measure(rival, images)) >= RIVAL_RATIO * len(measured):
-                return ViewFault.AMBIGUOUS
-        return state, measured
+        rival = self._search.find_rival(images.features, state)
+        if rival is None or _is_same(rival, state):
+            return state, measured
+        is_ambiguous = len(self._search.measure(rival, images)) >= RIVAL_RATIO * len(measured)
+        return ViewFault.AMBIGUOUS if is_ambiguous else (state, measured)
+
+    def refine(self, state: Floats, measured: MeasuredFeatures, tilt: tuple[float, float]) -> Floats | None:
+        """Return a state, shape (6,), to which measured features are fitted roughly; None if they do not determine it.
+
+        It predicts the shapes.
+        """
+        points = self._join(measured, ShapePoints(concatenate([]), self._taught.points))
+        fit = fit_jointly(points, self._rig, state, tilt, self._settings.place, REFINING_STEPS)
+        return None if fit is None else fit.state
 
     def fit(
         self, state: Floats, measured: MeasuredFeatures, shapes: ShapePoints, tilt: tuple[float, float]

@@ -69,12 +69,13 @@ class Edges:
     index: NDArray[np.int32]
 
 
-def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
+def extract_edges(image: GreyImage, settings: EdgeSettings, region: Masks | None = None) -> Edges:
     """Detect edges (paper 3.3b: filter, binarise, thin) down to the lower hysteresis threshold.
 
     Args:
         image: grey image, shape (h, w).
         settings: edge detection settings that were taught for the place.
+        region: mask of the pixels to consider, shape (h, w); None for all.
 
     Raises:
         StereoLandmarkError: the image has the wrong type or shape, or is too small.
@@ -90,6 +91,8 @@ def extract_edges(image: GreyImage, settings: EdgeSettings) -> Edges:
     else:
         # Both in one step: maxima of the gradient magnitude above the threshold are one pixel wide.
         is_edge = _suppress_non_maxima(gx, gy, magnitude, threshold)
+    if region is not None:
+        is_edge &= region
     index = np.full(image.shape, -1, np.int32)
     points, gradients, neighbour_ratios = _collect_points(gx, gy, magnitude, is_edge, index)
     # Subpixel positions (not in the paper); numpy vectorizes the logarithm, numba kernels do not.

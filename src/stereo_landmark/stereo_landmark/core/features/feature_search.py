@@ -149,7 +149,7 @@ class FeatureSearch:
             # The right image is off by the same error of the state, once the left one is known.
             starts = predicted + (pixels[kept, :2] - view.pixels[kept, :2] if side else 0.0)
             maps = view.point_jacobian[kept, part] @ taught.axes[chosen[kept]]
-            found = align_patches(taught.template, taught.features.pixels[chosen[kept]], image, starts, maps)
+            found = align_patches(taught.patches, chosen[kept], image, starts, maps)
             pixels[kept, part], covariances[kept, part, part] = found.pixels, found.covariances
             is_near = np.hypot(*(found.pixels - predicted).T) <= PIXEL_GATE
             kept = kept[(found.correlations >= CORRELATION_MIN) & is_near]

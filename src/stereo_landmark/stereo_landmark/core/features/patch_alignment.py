@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numba import njit
 
-from stereo_landmark.core.arrays import Floats, GreyImage
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 
 RADIUS = 7
 """Half the side of a patch [px]."""
@@ -46,19 +46,42 @@ def smooth(image: GreyImage) -> Floats:
     return np.asarray(cv2.GaussianBlur(image.astype(np.float32), (0, 0), SMOOTHING_SIGMA), dtype=np.float32)
 
 
-def align_patches(template: Floats, centres: Floats, image: Floats, starts: Floats, maps: Floats) -> AlignedPatches:
+class Patches(NamedTuple):
+    """Patches of the taught left image.
+
+    Attributes:
+        levels: grey levels of zero mean and unit norm, shape (n, p), float32.
+        slopes: their derivatives by the motions, shape (n, p, MOTIONS), float32.
+        inverses: inverse normal matrices of the motions, shape (n, MOTIONS, MOTIONS), float32; NaN without texture.
+    """
+
+    levels: np.ndarray
+    slopes: np.ndarray
+    inverses: np.ndarray
+
+
+def cut_patches(template: Floats, centres: Floats) -> Patches:
+    """Return the patches around centres, shape (n, 2) [px], in a smoothed image."""
+    size = (2 * RADIUS + 1) ** 2
+    levels, slopes = np.zeros((len(centres), size), np.float32), np.zeros((len(centres), size, MOTIONS), np.float32)
+    inverses = np.full((len(centres), MOTIONS, MOTIONS), np.nan, np.float32)
+    _cut(template, np.ascontiguousarray(centres), levels, slopes, inverses)
+    return Patches(levels, slopes, inverses)
+
+
+def align_patches(patches: Patches, chosen: Ints, image: Floats, starts: Floats, maps: Floats) -> AlignedPatches:
     """Align patches with an image.
 
     Args:
-        template: smoothed taught left image.
-        centres: centres of the patches in it, shape (n, 2) [px].
+        patches: patches of the taught left image.
+        chosen: indices of those to align, shape (n,).
         image: smoothed image.
         starts: predicted centres in the image, shape (n, 2) [px].
         maps: linear maps from offsets in the template to offsets in the image, shape (n, 2, 2).
     """
-    pixels, correlations = np.ascontiguousarray(starts, dtype=np.float64).copy(), np.full(len(centres), -1.0)
-    covariances = np.zeros((len(centres), 2, 2))
-    _align(template, np.ascontiguousarray(centres), image, pixels, maps.copy(), correlations, covariances)
+    pixels, correlations = np.ascontiguousarray(starts, dtype=np.float64).copy(), np.full(len(chosen), -1.0)
+    covariances = np.zeros((len(chosen), 2, 2))
+    _align(patches, chosen, image, pixels, maps.copy(), correlations, covariances)
     return AlignedPatches(pixels, correlations, covariances)
 
 
@@ -79,29 +102,37 @@ def _is_inside(image: Floats, u: float, v: float, margin: float) -> bool:
 
 
 @njit(cache=True, error_model='numpy')
+def _cut(template: Floats, centres: Floats, levels: Floats, slopes: Floats, inverses: Floats) -> None:
+    """Write the patches."""
+    for n in range(len(centres)):
+        if not _is_inside(template, centres[n, 0], centres[n, 1], RADIUS + 1.0):
+            continue
+        _read_template(template, centres[n], levels[n], slopes[n])
+        normal = slopes[n].T @ slopes[n]
+        if normal[0, 0] * normal[1, 1] - normal[0, 1] ** 2 < 1e-3 * (normal[0, 0] + normal[1, 1]) ** 2:
+            continue
+        for c in range(MOTIONS):
+            normal[c, c] += SHEAR_STIFFNESS if c > 1 else SHIFT_STIFFNESS
+        inverses[n] = np.linalg.inv(normal)
+
+
+@njit(cache=True, error_model='numpy')
 def _align(
-    template: Floats,
-    centres: Floats,
+    patches: Patches,
+    chosen: Ints,
     image: Floats,
     pixels: Floats,
     maps: Floats,
     correlations: Floats,
     covariances: Floats,
 ) -> None:
-    """Write positions, maps, correlations and covariances of all patches."""
-    size = (2 * RADIUS + 1) ** 2
-    levels, slopes, seen = np.empty(size), np.empty((size, MOTIONS)), np.empty(size)
-    shift = np.empty((2, 2))
-    for n in range(len(centres)):
-        if not _is_inside(template, centres[n, 0], centres[n, 1], RADIUS + 1.0):
+    """Write positions, maps, correlations and covariances of the chosen patches."""
+    size = patches.levels.shape[1]
+    seen, shift, step = np.empty(size, np.float32), np.empty((2, 2)), np.empty(MOTIONS)
+    for n in range(len(chosen)):
+        levels, slopes, inverse = patches.levels[chosen[n]], patches.slopes[chosen[n]], patches.inverses[chosen[n]]
+        if np.isnan(inverse[0, 0]):
             continue
-        _read_template(template, centres[n], levels, slopes)
-        normal = slopes.T @ slopes
-        if normal[0, 0] * normal[1, 1] - normal[0, 1] ** 2 < 1e-3 * (normal[0, 0] + normal[1, 1]) ** 2:
-            continue
-        for c in range(MOTIONS):
-            normal[c, c] += SHEAR_STIFFNESS if c > 1 else SHIFT_STIFFNESS
-        inverse = np.linalg.inv(normal)
         linear = maps[n]
         for _ in range(ITERATIONS_MAX):
             reach = RADIUS * np.max(np.abs(linear[:, 0]) + np.abs(linear[:, 1])) + 1.0
@@ -112,7 +143,7 @@ def _align(
             correlations[n] = cross
             if cross <= 0.1:
                 break
-            step = inverse @ (slopes.T @ seen) / cross
+            step[:] = inverse @ (seen @ slopes) / cross
             for c in range(2):
                 pixels[n, c] -= linear[c, 0] * step[0] + linear[c, 1] * step[1]
             shift[0, 0], shift[0, 1] = 1.0 - step[2] / RADIUS, -step[3] / RADIUS
@@ -121,7 +152,7 @@ def _align(
             if step[0] ** 2 + step[1] ** 2 < STEP_TOLERANCE**2:
                 break
         variance = max(1.0 - correlations[n] ** 2, 1e-6) / size / max(correlations[n], 0.1) ** 2
-        covariances[n] = variance * (linear @ np.ascontiguousarray(inverse[:2, :2]) @ linear.T)
+        covariances[n] = variance * (linear @ inverse[:2, :2].astype(np.float64) @ linear.T)
 
 
 @njit(cache=True, error_model='numpy')

@@ -13,7 +13,7 @@ import numpy as np
 from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.features.image_features import SIMILARITY_MIN, ImageFeatures, detect_features
-from stereo_landmark.core.features.patch_alignment import align_patches, smooth
+from stereo_landmark.core.features.patch_alignment import Patches, align_patches, cut_patches, smooth
 from stereo_landmark.core.stereo import (
     MEASUREMENT_SIZE,
     SpatialPoints,
@@ -60,13 +60,13 @@ class TaughtFeatures:
 
     Attributes:
         features: features in the taught left image.
-        template: smoothed taught left image, shape (h, w).
+        patches: patches of the taught left image around them.
         points: their points in the place's frame.
         axes: derivatives of points in the plane of the image at their depth by the pixel, shape (n, 3, 2) [m/px].
     """
 
     features: ImageFeatures
-    template: Floats
+    patches: Patches
     points: SpatialPoints
     axes: Floats
 
@@ -80,7 +80,8 @@ def teach_features(images: StereoImages, rig: StereoRig) -> TaughtFeatures:
     left, right = smooth(images.left), smooth(images.right)
     count, offset, scale = len(found), rig.left.cx - rig.right.cx, rig.left.fx * rig.baseline
     starts = _find_in_rows(found, detect_features(images.right), (offset, offset + scale / DEPTH_MIN))
-    aligned = align_patches(left, found.pixels, right, starts, np.tile(np.eye(2), (count, 1, 1)))
+    patches = cut_patches(left, found.pixels)
+    aligned = align_patches(patches, np.arange(count), right, starts, np.tile(np.eye(2), (count, 1, 1)))
     shifts = np.abs(aligned.pixels - starts)
     good = (
         (aligned.correlations >= CORRELATION_MIN)
@@ -97,7 +98,7 @@ def teach_features(images: StereoImages, rig: StereoRig) -> TaughtFeatures:
     optical = triangulate(add_calibration_noise(seen, PATCH_SIGMA), rig)
     return TaughtFeatures(
         ImageFeatures(here, found.descriptors[good]),
-        left,
+        Patches(*(each[good] for each in patches)),
         optical.transform(camera.rotation, camera.position),
         _image_axes(optical, camera, rig),
     )

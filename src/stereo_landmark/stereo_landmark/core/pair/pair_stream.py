@@ -7,16 +7,19 @@ import numpy as np
 
 from shirube_core.geometry import CameraMount, TiltBuffer
 from stereo_landmark.core.arrays import GreyImage
-from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix, PlacePrior
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, Side, StampSynchronizer, stereo_rig
 from stereo_landmark.core.pair.rectification_check import check_pair
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.core.view_localizer import state_of
 
 LAST_PLACE_TIMEOUT = 10.0
 """How long the last place is searched first [s]."""
+PREDICTION_MAX = 0.5
+"""Longest time between fixes over which a pose is predicted [s]."""
 
 CHECK_INTERVAL = 2.0
 """Time between two epipolar checks of the cameras [s]."""
@@ -70,7 +73,7 @@ class PairLocalizer:
         self._rig = rig
         self._localizer = LandmarkLocalizer([recalibrate(place, rig) for place in places], settings)
         self._rectifiers = None if raw is None else (Rectifier(raw[0]), Rectifier(raw[1]))
-        self.last_place: tuple[int, str] | None = None  # stamp [ns] and name
+        self.last_fixes: list[tuple[int, LandmarkFix]] = []  # the last two, with their stamps [ns]
         self._last_valid_stamp: int | None = None  # last stamp with a valid rectified pair [ns]
 
     def apply_settings(self, settings: LandmarkSettings) -> None:
@@ -91,12 +94,9 @@ class PairLocalizer:
         """
         if self._rectifiers is not None:
             left, right = self._rectifiers[0].rectify(left), self._rectifiers[1].rectify(right)
-        likely: tuple[str, ...] = ()
-        if self.last_place is not None and abs(stamp_ns - self.last_place[0]) <= LAST_PLACE_TIMEOUT * 1e9:
-            likely = (self.last_place[1],)
-        result = self._localizer.locate(left, right, tilt, likely)
+        result = self._localizer.locate(left, right, tilt, self._predict(stamp_ns))
         if isinstance(result, LandmarkFix):
-            self.last_place = stamp_ns, result.place.name
+            self.last_fixes = [*self.last_fixes[-1:], (stamp_ns, result)]
             self._last_valid_stamp = stamp_ns
         elif self._last_valid_stamp is None or abs(stamp_ns - self._last_valid_stamp) > CHECK_INTERVAL * 1e9:
             # The check is slow, so a lost robot checks its cameras now and then only.
@@ -105,6 +105,19 @@ class PairLocalizer:
                 raise StereoLandmarkError(check.summary)
             self._last_valid_stamp = stamp_ns
         return LocatedPair(stamp_ns, left, result, tilt, self._rig)
+
+    def _predict(self, stamp_ns: int) -> PlacePrior | None:
+        """Return the last place, and the pose there at constant velocity since the last two fixes."""
+        if not self.last_fixes or abs(stamp_ns - self.last_fixes[-1][0]) > LAST_PLACE_TIMEOUT * 1e9:
+            return None
+        (before, first), (last, second) = self.last_fixes[0], self.last_fixes[-1]
+        name, passed = second.place.name, stamp_ns - last
+        if first.place.name != name or not 0 < passed <= PREDICTION_MAX * 1e9:
+            return PlacePrior(name)
+        state = state_of(second.displacement)
+        if 0 < last - before <= PREDICTION_MAX * 1e9:
+            state = state + (state - state_of(first.displacement)) * (passed / (last - before))
+        return PlacePrior(name, state)
 
 
 def recalibrate(place: TaughtPlace, rig: StereoRig) -> TaughtPlace:
@@ -223,7 +236,7 @@ class PairStream:
     def drop_prior(self) -> None:
         """Drop the prior: search all places in the next pair."""
         if self._localizer is not None:
-            self._localizer.last_place = None
+            self._localizer.last_fixes = []
 
     def get_localizer(self, left: CameraCalibration, right: CameraCalibration) -> PairLocalizer:
         """Return the localizer for these calibrations; it is created again when they change.

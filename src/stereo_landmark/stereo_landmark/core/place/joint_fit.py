@@ -72,7 +72,12 @@ class JointFit:
 
 
 def fit_jointly(
-    points: JointPoints, rig: StereoRig, start: Floats, tilt: tuple[float, float], settings: PlaceSettings
+    points: JointPoints,
+    rig: StereoRig,
+    start: Floats,
+    tilt: tuple[float, float],
+    settings: PlaceSettings,
+    iterations: int = ITERATIONS_MAX,
 ) -> JointFit | None:
     """Fit the pose; None where the points do not determine it.
 
@@ -82,6 +87,7 @@ def fit_jointly(
         start: initial state, shape (6,).
         tilt: known roll and pitch of the base [rad].
         settings: standard deviations of calibration, systematic errors and tilt.
+        iterations: maximum number of steps.
     """
     prior_mean = np.concatenate([np.zeros(ROLL), tilt, np.zeros(BIASES)])
     prior = np.zeros(STATE_SIZE + BIASES)
@@ -89,14 +95,19 @@ def fit_jointly(
     prior[STATE_SIZE:] = settings.bias_sigma**-2
     noise = points.covariances + settings.pixel_sigma**2 * np.eye(MEASUREMENT_SIZE)
     state, covariance = np.concatenate([start, np.zeros(BIASES)]), np.diag(prior)
-    for _ in range(ITERATIONS_MAX):
-        residuals, jacobian, whitened = _linearize(points, rig, state, noise)
+    # The noise of the taught points in the images depends little on the state.
+    view = reproject(start, points.positions, rig)
+    spread = view.point_jacobian @ points.position_covariances @ view.point_jacobian.transpose(0, 2, 1)
+    sqrt_information = np.linalg.inv(np.linalg.cholesky(noise + spread))
+    for _ in range(iterations):
+        residuals, jacobian, whitened = _linearize(points, rig, state, sqrt_information)
         scales = _noise_scales(whitened, points.is_feature)
         distances = np.linalg.norm(whitened, axis=1) / scales
         weights = np.where(distances < GATE, 1.0 / (1.0 + (distances / CAUCHY_THRESHOLD) ** 2), 0.0)
         weights /= scales**2
-        information = np.einsum('n,nij,nik->jk', weights, jacobian, jacobian, optimize=True) + np.diag(prior)
-        gradient = np.einsum('n,nij,ni->j', weights, jacobian, whitened, optimize=True)
+        columns = jacobian.reshape(-1, len(prior)).T
+        weighted = columns * np.repeat(weights, MEASUREMENT_SIZE)
+        information, gradient = weighted @ columns.T + np.diag(prior), weighted @ whitened.ravel()
         inverse = covariance_from_information(information, DETERMINANT_MIN)
         if inverse is None:
             return None
@@ -120,7 +131,9 @@ def _noise_scales(whitened: Floats, is_feature: Masks) -> Floats:
     return scales
 
 
-def _linearize(points: JointPoints, rig: StereoRig, state: Floats, noise: Floats) -> tuple[Floats, Floats, Floats]:
+def _linearize(
+    points: JointPoints, rig: StereoRig, state: Floats, sqrt_information: Floats
+) -> tuple[Floats, Floats, Floats]:
     """Return residuals (n, 4), whitened Jacobians (n, 4, 9) and whitened residuals (n, 4)."""
     view = reproject(state[:STATE_SIZE], points.positions, rig)
     # A disparity error at teaching moves a point along its ray, the more the farther away it is.
@@ -131,8 +144,6 @@ def _linearize(points: JointPoints, rig: StereoRig, state: Floats, noise: Floats
     by_now[:, 2, 0], by_now[:, 3, 1] = 1.0, 1.0
     biases = np.concatenate([by_now, by_taught], axis=2)
     residuals = points.pixels - view.pixels - biases @ state[STATE_SIZE:]
-    spread = view.point_jacobian @ points.position_covariances @ view.point_jacobian.transpose(0, 2, 1)
-    sqrt_information = np.linalg.inv(np.linalg.cholesky(noise + spread))
     jacobian = sqrt_information @ np.concatenate([view.state_jacobian, biases], axis=2)
     whitened = (sqrt_information @ residuals[:, :, None])[:, :, 0]
     jacobian[~view.in_front], whitened[~view.in_front] = 0.0, np.inf

@@ -6,21 +6,18 @@ combination that another one at a different pose equals, or misses by one primit
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
-from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.place.point_registration import closed_form, find_consensus_set
 from stereo_landmark.core.procedure.coarse_pose import DETECTED_SIGMA, image_distances, is_in_view, predict_pixels
 from stereo_landmark.core.procedure.pose_hypotheses import FALSE_POSITIVE_MIN
 from stereo_landmark.core.procedure.procedure_tree import Combination, ProcedureTree
 from stereo_landmark.core.procedure.stereo_matching import ROW_DIFFERENCE_MAX
-from stereo_landmark.core.procedure.stereo_view import NamedPair, align_pair, refine_pair, stereo_points
+from stereo_landmark.core.procedure.stereo_view import NamedPair, TiltedCameras, align_pair, refine_pair, stereo_points
 from stereo_landmark.core.procedure.target_search import (
     DISTINCT_POSE_DISTANCE,
     NoDetectionReason,
@@ -32,30 +29,7 @@ from stereo_landmark.core.procedure.target_search import (
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.procedure.window_detector import Detection, SearchRegion, WindowDetector
 from stereo_landmark.core.settings import SearchSettings
-from stereo_landmark.core.stereo import (
-    MEASUREMENT_SIZE,
-    SpatialPoints,
-    StereoPoints,
-    StereoRig,
-    is_measurable,
-    triangulate,
-)
-
-
-@dataclass(frozen=True)
-class _Cameras:
-    """The cameras at the tilt of a pair."""
-
-    rig: StereoRig
-    tilt: tuple[float, float]
-
-    @cached_property
-    def camera(self) -> SE3:
-        return gravity_aligned_camera(self.rig.mount, *self.tilt)
-
-    def spatial_points(self, points: StereoPoints) -> SpatialPoints:
-        """Triangulate points into the gravity-aligned base frame."""
-        return triangulate(points, self.rig).transform(self.camera.rotation, self.camera.position)
+from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, is_measurable
 
 
 class _Candidate(NamedTuple):
@@ -91,7 +65,7 @@ class PaperSearch:
             images: rectified grey images of the left and the right camera, each of shape (h, w).
             tilt: roll and pitch of the base [rad].
         """
-        cameras = _Cameras(self._place.rig, tilt)
+        cameras = TiltedCameras(self._place.rig, tilt)
         # 1. The windows of each image, with the image processing of the target (3.2, 3.3b).
         trees = [self._procedure_tree(target, side, image, cameras) for side, image in enumerate(images)]
         # 2. The paths of the procedure tree in the order of their weights (fig. 7), until one succeeds. The next one
@@ -120,7 +94,9 @@ class PaperSearch:
         points = correct_circle_centres(stereo_points(measured), target, best.state, cameras)
         return TargetDetection(target.name, best.state, points, tuple(name for name, *_ in measured), best.score)
 
-    def _procedure_tree(self, target: TaughtTarget, side: int, image: GreyImage, cameras: _Cameras) -> ProcedureTree:
+    def _procedure_tree(
+        self, target: TaughtTarget, side: int, image: GreyImage, cameras: TiltedCameras
+    ) -> ProcedureTree:
         """Return the procedure tree of one image, the left (side 0) or the right one."""
         # Regions in which the primitives can be: where the robot sees them from the poses that are searched.
         distance, yaw = self._settings.distance_max, self._settings.yaw_max
@@ -137,7 +113,7 @@ class PaperSearch:
         return ProcedureTree(detector, shapes, pixels[0], self._settings)
 
     def _candidates(
-        self, target: TaughtTarget, left: list[Combination], right: list[Combination], cameras: _Cameras
+        self, target: TaughtTarget, left: list[Combination], right: list[Combination], cameras: TiltedCameras
     ) -> Iterator[_Candidate]:
         """Yield the combinations of both images whose primitives are at a possible pose of the robot."""
         needed = max(1.0, self._settings.found_fraction_min * len(target.primitives))
@@ -152,7 +128,7 @@ class PaperSearch:
                 yield candidate
 
     def _locate(
-        self, target: TaughtTarget, both: list[tuple[TaughtPrimitive, Detection, Detection]], cameras: _Cameras
+        self, target: TaughtTarget, both: list[tuple[TaughtPrimitive, Detection, Detection]], cameras: TiltedCameras
     ) -> _Candidate | None:
         """Return a candidate with its pose and score; None if the robot cannot be there."""
         pairs = [
@@ -207,7 +183,7 @@ class PaperSearch:
         return StereoPoints(names, pixels, noise), taught
 
     def _check_best(
-        self, target: TaughtTarget, candidates: list[_Candidate], cameras: _Cameras
+        self, target: TaughtTarget, candidates: list[_Candidate], cameras: TiltedCameras
     ) -> NoTargetDetection | None:
         """Return why the first of the candidates, the best ones first, is not accepted; None if it is."""
         best, needed = candidates[0].score, candidates[0].needed

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from shirube_core.geometry import SE3, gravity_aligned_camera
-from stereo_landmark.core.arrays import Floats, GreyImage, Ints
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints, Masks
 from stereo_landmark.core.edges.edges import Segments, extract_edges, trace_segments
 from stereo_landmark.core.primitives.corner import detect_corners
 from stereo_landmark.core.primitives.ellipse import detect_ellipses
@@ -28,7 +28,7 @@ from stereo_landmark.core.primitives.primitive import (
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.shape import LazyShapes
 from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, is_contested, mutual_best, neighbour_support
-from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoPoints, StereoRig
+from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, StereoRig, triangulate
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,10 @@ class DetectedScene:
 
 
 def detect_scene(
-    image: GreyImage, processing: ImageProcessing, kinds: Iterable[PrimitiveKind] = tuple(PrimitiveKind)
+    image: GreyImage,
+    processing: ImageProcessing,
+    kinds: Iterable[PrimitiveKind] = tuple(PrimitiveKind),
+    region: Masks | None = None,
 ) -> DetectedScene:
     """Detect the primitives of an image.
 
@@ -90,12 +93,13 @@ def detect_scene(
         image: grey image, shape (h, w).
         processing: taught image processing.
         kinds: kinds of primitives to detect.
+        region: mask of the pixels to consider, shape (h, w); None for all.
 
     Raises:
         StereoLandmarkError: the image has the wrong type or shape, or is too small.
     """
     wanted = set(kinds)
-    segments = trace_segments(extract_edges(image, processing.edges), processing.edges)
+    segments = trace_segments(extract_edges(image, processing.edges, region), processing.edges)
     found: dict[PrimitiveKind, DetectedPrimitives] = {}
     if PrimitiveKind.ELLIPSE in wanted:
         found[PrimitiveKind.ELLIPSE] = DetectedPrimitives(
@@ -135,6 +139,23 @@ class CameraView(Protocol):
     @property
     def camera(self) -> SE3:
         """Left camera in the gravity-aligned base frame."""
+
+
+@dataclass(frozen=True)
+class TiltedCameras:
+    """The cameras at the tilt of a pair: roll and pitch of the base [rad]."""
+
+    rig: StereoRig
+    tilt: tuple[float, float] = (0.0, 0.0)
+
+    @cached_property
+    def camera(self) -> SE3:
+        """Left camera in the gravity-aligned base frame."""
+        return gravity_aligned_camera(self.rig.mount, *self.tilt)
+
+    def spatial_points(self, points: StereoPoints) -> SpatialPoints:
+        """Triangulate points into the gravity-aligned base frame."""
+        return triangulate(points, self.rig).transform(self.camera.rotation, self.camera.position)
 
 
 @dataclass(frozen=True)

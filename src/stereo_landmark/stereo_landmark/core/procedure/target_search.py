@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stereo_landmark.core.arrays import Floats, Ints
-from stereo_landmark.core.primitives.primitive import point_names
-from stereo_landmark.core.procedure.coarse_pose import fit_coarse_pose, image_distances
+from stereo_landmark.core.arrays import Floats, Ints, Masks
+from stereo_landmark.core.primitives.primitive import bounding_box, point_names
+from stereo_landmark.core.procedure.coarse_pose import fit_coarse_pose, image_distances, predict_pixels
 from stereo_landmark.core.procedure.guided_matching import GuidedMatcher, StereoCandidates, find_stereo_candidates
 from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, PoseScorer, generate_hypotheses
 from stereo_landmark.core.procedure.stereo_view import (
@@ -21,7 +21,7 @@ from stereo_landmark.core.procedure.stereo_view import (
     refine_pair,
     stereo_points,
 )
-from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtTarget, centre_correction
+from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget, centre_correction
 from stereo_landmark.core.settings import SearchSettings
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
 
@@ -75,6 +75,8 @@ DISTINCT_POSE_DISTANCE = 15.0
 """Minimum image distance of a primitive between distinct poses [px]."""
 GUIDED_MATCHING_WINDOWS = 10.0, 4.0
 """Window of each round of guided matching, each followed by a fit [px]."""
+REGION_GROWTH, REGION_MARGIN = 1.1, 12.0
+"""Region of a primitive at a known pose: its size, which perspective changes, and window and filter [px]."""
 DEPTH_MIN = 0.3
 DEPTH_TOLERANCE = 0.3
 """Maximum relative error of a detected depth."""
@@ -126,28 +128,30 @@ class TargetSearch:
             return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, detail)
         # 4. Primitives are matched again at the pixels that the pose predicts.
         fits = self._match_again(GuidedMatcher(target, points, view, tolerances), fits)
-        return self._select(target, fits, view)
+        return self._select(target, fits, view, self._expected)
 
     def search_at(self, target: TaughtTarget, view: StereoView, state: Floats) -> TargetDetection | NoTargetDetection:
         """Search a target at a known pose.
 
         Args:
             target: target of the place.
-            view: stereo view with the place's kinds of primitives.
+            view: stereo view with the place's kinds of primitives, at least in the regions of the target.
             state: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
         """
         matcher = GuidedMatcher(target, self._taught_points(target), view, self._place.processing.tolerances)
         chosen = matcher.match(state[None], GUIDED_MATCHING_WINDOWS[0])[0]
         if (chosen[:, 0] < 0).all():
             return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, 'not where the view predicts it')
-        return self._select(target, [_Fit(state, partial(matcher.pairs, chosen))], view)
+        return self._select(target, [_Fit(state, partial(matcher.pairs, chosen))], view, target.primitives)
 
-    def _select(self, target: TaughtTarget, fits: list[_Fit], view: StereoView) -> TargetDetection | NoTargetDetection:
+    def _select(
+        self, target: TaughtTarget, fits: list[_Fit], view: StereoView, expected: Sequence[TaughtPrimitive]
+    ) -> TargetDetection | NoTargetDetection:
         """Return the most likely of the fitted poses, if it is significant and unique, with refined primitives."""
         tolerances = self._place.processing.tolerances
-        # 5. Log-likelihood ratio: all primitives of the place that should be visible, against chance.
+        # 5. Log-likelihood ratio: all expected primitives that should be visible, against chance.
         states = np.array([fit.state for fit in fits])
-        ratios = PoseScorer(self._expected, view, tolerances, self._settings).score(states)
+        ratios = PoseScorer(expected, view, tolerances, self._settings).score(states)
         order = np.argsort(-ratios, kind='stable')
         # 6. The best pose must be significant, and no other pose about as likely.
         fault = self._check_best(target, states[order], ratios[order], view)
@@ -219,6 +223,30 @@ def _fit_pose(
     covariances = np.concatenate([taught[k].covariances for k, _ in matched])
     observed = np.concatenate([candidates[k].points[i] for k, i in matched])
     return fit_coarse_pose(hypothesis.state, positions, covariances, observed, view)
+
+
+def target_regions(target: TaughtTarget, view: CameraView, state: Floats) -> tuple[Masks, Masks]:
+    """Return the masks of the pixels of the left and the right image that a target covers at a pose, shape (h, w).
+
+    Args:
+        target: target of the place.
+        view: cameras and tilt.
+        state: x, y, z [m] and yaw [rad] of the robot in the place's frame, shape (4,).
+    """
+    camera = view.rig.left
+    centres = predict_pixels(state[None], target.positions, view)[0]
+    taught = predict_pixels(np.zeros((1, 4)), target.positions, view)[0]
+    disparities = [each[:, 0] - each[:, 2] - camera.cx + view.rig.right.cx for each in (centres, taught)]
+    growths = disparities[0] / disparities[1]
+    masks = np.zeros((2, camera.height, camera.width), dtype=np.bool_)
+    for primitive, centre, growth in zip(target.primitives, centres, growths, strict=True):
+        reach = REGION_GROWTH * growth * (bounding_box(primitive.shape) - primitive.shape.centre)
+        for mask, middle in zip(masks, (centre[:2], centre[2:]), strict=True):
+            low, high = middle + reach[0] - REGION_MARGIN, middle + reach[1] + REGION_MARGIN
+            if np.isfinite([*low, *high]).all():
+                (u, v), (right, bottom) = np.maximum(np.rint([low, high]).astype(int), 0).tolist()
+                mask[v:bottom, u:right] = True
+    return masks[0], masks[1]
 
 
 def correct_circle_centres(points: StereoPoints, target: TaughtTarget, state: Floats, view: CameraView) -> StereoPoints:
