@@ -128,7 +128,7 @@ class TargetSearch:
             return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, detail)
         # 4. Primitives are matched again at the pixels that the pose predicts.
         fits = self._match_again(GuidedMatcher(target, points, view, tolerances), fits)
-        return self._select(target, fits, view, self._expected)
+        return self._select(target, fits, view, self._expected, self._settings.log_likelihood_ratio_min)
 
     def search_at(self, target: TaughtTarget, view: StereoView, state: Floats) -> TargetDetection | NoTargetDetection:
         """Search a target at a known pose.
@@ -142,10 +142,16 @@ class TargetSearch:
         chosen = matcher.match(state[None], GUIDED_MATCHING_WINDOWS[0])[0]
         if (chosen[:, 0] < 0).all():
             return NoTargetDetection(target.name, NoDetectionReason.NO_CANDIDATE, 'not where the view predicts it')
-        return self._select(target, [_Fit(state, partial(matcher.pairs, chosen))], view, target.primitives)
+        # The pose is significant already.
+        return self._select(target, [_Fit(state, partial(matcher.pairs, chosen))], view, target.primitives, 0.0)
 
     def _select(
-        self, target: TaughtTarget, fits: list[_Fit], view: StereoView, expected: Sequence[TaughtPrimitive]
+        self,
+        target: TaughtTarget,
+        fits: list[_Fit],
+        view: StereoView,
+        expected: Sequence[TaughtPrimitive],
+        ratio_min: float,
     ) -> TargetDetection | NoTargetDetection:
         """Return the most likely of the fitted poses, if it is significant and unique, with refined primitives."""
         tolerances = self._place.processing.tolerances
@@ -154,7 +160,7 @@ class TargetSearch:
         ratios = PoseScorer(expected, view, tolerances, self._settings).score(states)
         order = np.argsort(-ratios, kind='stable')
         # 6. The best pose must be significant, and no other pose about as likely.
-        fault = self._check_best(target, states[order], ratios[order], view)
+        fault = self._check_best(target, states[order], ratios[order], view, ratio_min)
         if fault is not None:
             return fault
         # 7. Only the primitives of the best pose are refined in the grey images.
@@ -197,10 +203,9 @@ class TargetSearch:
         return fits
 
     def _check_best(
-        self, target: TaughtTarget, states: Floats, ratios: Floats, view: StereoView
+        self, target: TaughtTarget, states: Floats, ratios: Floats, view: StereoView, needed: float
     ) -> NoTargetDetection | None:
         """Return why the first of the poses, the most likely first, is not accepted; None if it is."""
-        needed = self._settings.log_likelihood_ratio_min
         if ratios[0] < needed:
             detail = f'log-likelihood ratio {ratios[0]:.1f}, {needed:g} is needed'
             return NoTargetDetection(target.name, NoDetectionReason.NOT_SIGNIFICANT, detail)
