@@ -15,20 +15,24 @@ from _figures import ratio, time
 from _harness import MissingError, Option, Run, run_benchmark, side_by_side, use_one_core
 from _landmark_corridor import TAUGHT, teach_corridor
 from _real_pairs import load_real_pairs
+from _stereo_peers import FeaturePipeline
 from _stereo_scenes import RIG, Pair
 from _target_choice import TargetChooser
 
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
-from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, PlacePrior
 from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import PAPER, LandmarkSettings
+from stereo_landmark.core.view_localizer import state_of
 
 DISPLACEMENT = SE2(0.2, -0.25, 0.1)
 TILES = (0.0, 0.25, 0.08)
-"""Of the corridors' floors [m]."""
+"""Of the corridors' walls [m]."""
+OFF = np.array([0.004, 0.004, 0.0, 0.002, 0.0, 0.0])
+"""Error of the predicted pose: x, y, z [m], yaw, roll, pitch [rad]."""
 THRESHOLD = 3.31
 """With which each photograph has nearly 1000 segments [grey levels / px]."""
 
@@ -39,6 +43,7 @@ class Case(NamedTuple):
     name: str
     place: TaughtPlace
     images: Pair
+    taught: Pair
     tilt: tuple[float, float] = (0.0, 0.0)
 
 
@@ -48,14 +53,15 @@ def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
         pairs = load_real_pairs(run.data('stereo_euroc'))
         now = pairs.moments['repeat']
         place = TargetChooser(pairs.moments['teach'], pairs.rig, THRESHOLD).place(0)
-        yield Case('EuRoC V1_01', place, (now.left, now.right), now.tilt)
+        then = pairs.moments['teach']
+        yield Case('EuRoC V1_01', place, (now.left, now.right), (then.left, then.right), now.tilt)
     except MissingError as missing:
         run.note(f'Photographs: {missing}')
     taught = teach_corridor(corridor(CorridorDesign(seed=1)))
     for tile in tiles:
         seen = corridor(CorridorDesign(seed=1, tile=tile, needles=1))
         images = render_pair(seen, RIG, TAUGHT @ DISPLACEMENT, np.random.default_rng(1))
-        yield Case(f'corridor, tiles of {tile:g} m' if tile else 'corridor', taught.place, images)
+        yield Case(f'corridor, tiles of {tile:g} m' if tile else 'corridor', taught.place, images, taught.images)
 
 
 def match_features(detector: cv2.Feature2D, norm: int, images: Pair) -> None:
@@ -69,14 +75,21 @@ def add_case(run: Run, case: Case, repeats: int) -> None:
     localizer = LandmarkLocalizer([case.place])
     locate = partial(localizer.locate, *case.images, case.tilt)
     windows = LandmarkLocalizer([case.place], LandmarkSettings(mode=PAPER))
-    whole, paper = 'whole pair', 'paper mode: windows'
+    first, followed, paper = 'first fix, without a prior', 'followed, with a predicted pose', 'paper mode: windows'
     orb, sift = 'peer: ORB, 2000 features', 'peer: SIFT, 2000 features'
+    one = 'peer: SIFT of one image, matched, PnP'
+    fix = locate()
+    prior = PlacePrior(case.place.name, state_of(fix.displacement) + OFF if isinstance(fix, LandmarkFix) else None)
+    pipeline = FeaturePipeline('SIFT', case.place.rig)
+    taught_features = pipeline.teach(case.taught)
     times = side_by_side(
         {
-            whole: locate,
+            first: locate,
+            followed: partial(localizer.locate, *case.images, case.tilt, prior),
             paper: partial(windows.locate, *case.images, case.tilt),
             orb: partial(match_features, cv2.ORB.create(nfeatures=2000), cv2.NORM_HAMMING, case.images),
             sift: partial(match_features, cv2.SIFT.create(nfeatures=2000), cv2.NORM_L2, case.images),
+            one: lambda: pipeline.motion(taught_features, pipeline.features(case.images[0])),
         },
         repeats,
     )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stereo_landmark.core.arrays import Floats, GreyImage
-from stereo_landmark.core.features.feature_search import SeenImages
+from stereo_landmark.core.features.feature_search import MeasuredFeatures, SeenImages
 from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
@@ -26,12 +26,14 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import CLOSED_FORM, FEATURES, PAPER, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.view_localizer import ShapePoints, ViewFault, ViewLocalizer, state_of
+from stereo_landmark.core.view_localizer import CONFIRMING_FRACTION, ShapePoints, ViewFault, ViewLocalizer, state_of
 
 __all__ = ['LandmarkFix', 'LandmarkLocalizer', 'NoLandmarkFix']
 
 SHAPES_YAW_MAX = math.radians(20.0)
 """Maximum yaw that is searched by the shapes of a place with features [rad]."""
+CONFIRMING_SHAPES = 2
+"""Minimum number of primitives that confirm a pose of few features."""
 
 
 class PlacePrior(NamedTuple):
@@ -139,12 +141,10 @@ class LandmarkLocalizer:
         found = (predicted, followed) if predicted is not None and followed is not None else view.find(images, tilt)
         # 3. Shapes where the pose predicts them; all points into one fit.
         if not isinstance(found, ViewFault):
-            start, measured = found
-            state = view.refine(start, measured, tilt)
-            detections = self._detect_at(place, images, state) if by_shapes and state is not None else ()
-            points, patches = self._measure(place, detections, images)
-            fit = view.fit(start if state is None else state, measured, points, tilt)
-            return self._finish(place, fit, detections, patches)
+            result = self._fit_at(place, view, found, images, tilt)
+            if result is not None:
+                return result
+            found = ViewFault.NOT_FOUND
         # 4. Where features do not find a unique pose: the paper's search, which the features have to confirm.
         if not by_shapes:
             return NoLandmarkFix(found.value, f'place {place.name}')
@@ -159,6 +159,29 @@ class LandmarkLocalizer:
         points = ShapePoints(points.seen.subset(used), points.taught)
         joint = view.fit(state_of(fix.displacement), confirmed, points, tilt)
         return self._finish(place, joint, fix.detections, fix.matched_patches)
+
+    def _fit_at(
+        self,
+        place: TaughtPlace,
+        view: ViewLocalizer,
+        found: tuple[Floats, MeasuredFeatures],
+        images: SeenImages,
+        tilt: tuple[float, float],
+    ) -> LandmarkFix | NoLandmarkFix | None:
+        """Return the pose near one that features found; None if neither enough features nor shapes confirm it.
+
+        Surfaces of the same texture, as of wallpaper, share some of the features but not the shapes.
+        """
+        start, measured = found
+        state = view.refine(start, measured, tilt)
+        if state is None:
+            return None
+        detections = self._detect_at(place, images, state) if self._settings.method != FEATURES else ()
+        shapes = sum(len(each.found) for each in detections if isinstance(each, TargetDetection))
+        if measured.fraction < CONFIRMING_FRACTION and shapes < CONFIRMING_SHAPES:
+            return None
+        points, patches = self._measure(place, detections, images)
+        return self._finish(place, view.fit(state, measured, points, tilt), detections, patches)
 
     def _finish(
         self,
