@@ -79,6 +79,14 @@ def test_another_wall_is_refused(place):
     assert not isinstance(locate(place, wall=Wall(discs)), LandmarkFix)
 
 
+@pytest.mark.parametrize('method', [FEATURES, BOTH])
+def test_another_wall_that_shares_a_part_of_the_texture_is_refused(place, method):
+    """As where two walls have the same wallpaper."""
+    shared = [each for each in DISCS if each.y < -0.1]
+    others = [replace(each, z=1.6 - each.z) for each in DISCS if each.y >= -0.1]
+    assert not isinstance(locate(place, wall=Wall((*shared, *others)), method=method), LandmarkFix)
+
+
 def test_a_pose_outside_of_the_search_region_is_refused(place):
     answer = locate(place, search=SearchSettings(distance_max=0.1))
     assert not isinstance(answer, LandmarkFix)
