@@ -76,7 +76,7 @@ async function runDetectors() {
 
 function showCounts() {
   const box = byId('edge-counts');
-  if (box && app.edges.left) box.textContent = `${app.edges.left.count} segments left, ${app.edges.right?.count ?? '–'} right`;
+  if (box && app.edges.left) box.textContent = `${app.edges.left.count} lines left, ${app.edges.right?.count ?? '–'} right`;
 }
 
 export function panelProcessing() {
@@ -94,8 +94,8 @@ export function panelProcessing() {
   });
   return [
     el('h2', {}, 'Image processing'),
-    el('p', {}, 'Drag until the outlines of your objects are closed lines with little noise around them. Each segment has its own colour.'),
-    el('p', { id: 'edge-counts', className: 'counts', 'data-testid': 'edge-counts' }, app.edges.left ? `${app.edges.left.count} segments left, ${app.edges.right?.count ?? '–'} right` : ''),
+    el('p', {}, 'Drag until the outlines of your objects are closed lines with little noise around them. Each line has its own colour.'),
+    el('p', { id: 'edge-counts', className: 'counts', 'data-testid': 'edge-counts' }, app.edges.left ? `${app.edges.left.count} lines left, ${app.edges.right?.count ?? '–'} right` : ''),
     ...groups,
     el('label', { className: 'slider' }, el('span', {}, 'Image behind the edges'), el('output', {}, ''), brightness),
   ];
