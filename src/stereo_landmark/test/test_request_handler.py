@@ -150,7 +150,7 @@ def test_red_hints_stop_a_place_from_being_saved_until_the_choice_is_another(ans
     wrong_pose = TrialRun(('ellipse 1',), Outcome.WRONG_POSE, '0.40 m away')
     monkeypatch.setattr(answers.session, 'check', lambda _: [wrong_pose])
     refused = ask(answers, 'save', replace=False)
-    assert 'not saved: target_1: without ellipse 1 a wrong pose is found' in refused['error']
+    assert 'not saved: target_1: without ellipse 1 a wrong position is found' in refused['error']
     assert not list(tmp_path.iterdir())
     (hint,) = refused['state']['checks']['0']['hints']
     assert hint['severity'] == 'stop'

@@ -152,6 +152,26 @@ def take_region_back(engineer):
     assert page.get_by_test_id('toast').is_hidden()
 
 
+def click_on_refused_shapes(engineer):
+    """A shape that cannot be used is not selected, the page says why; selected ones go with one button."""
+    page, count = engineer.page, 'window.__state.state.targets[0].primitives.length'
+    engineer.look("window.__stage.choose({kind: 'corner'})")
+    page.get_by_test_id('detector-parallel_lines').click()
+    refused = "window.__state.state.found.find((e) => e.fault && e.kind === 'parallel_lines')"
+    engineer.wait(f'Boolean({refused})')
+    kind, number, fault = engineer.look(f'(({{ kind, number, fault }}) => [kind, number, fault])({refused})')
+    page.get_by_test_id('shape-counts').click()
+    page.get_by_test_id(f'shape-{kind} {number}').focus()
+    assert fault in page.locator('#reason').text_content()
+    page.get_by_test_id(f'shape-{kind} {number}').press('Enter')
+    page.get_by_test_id('toast').get_by_text(fault).wait_for()
+    assert engineer.look(count) == len(METERS)
+    engineer.look(f"window.__edit('toggle', {{ kind: '{kind}', number: {number} }})")
+    page.get_by_test_id('remove-refused').click()
+    engineer.wait(f'{count} === {len(METERS)}')
+    page.get_by_test_id('detector-parallel_lines').click()
+
+
 def choose_outer_rims(engineer):
     """Of concentric rings the one with the outline under the pointer is selected."""
     rings = [[[[r * math.cos(k / 8), r * math.sin(k / 8)] for k in range(51)]] for r in (10.0, 12.0)]

@@ -118,11 +118,11 @@ def _check_fix(selection: TargetSelection, coordinates: SpatialPoints, fix: Plac
     if isinstance(fix, NoPlaceFix):
         text = f'{fix.reason.value} ({fix.detail}); select more points, farther apart or nearer'
         if not count:
-            text = 'no primitive is selected; draw a region and click on shapes, or remove the target'
+            text = 'no shape is selected; draw a region and click on shapes, or remove the target'
         yield Severity.STOP, '', text
         return
     if count < PRIMITIVES_RECOMMENDED:
-        text = f'too few primitives: {count}, select {PRIMITIVES_RECOMMENDED} or more, since one may be hidden'
+        text = f'too few shapes: {count}, select {PRIMITIVES_RECOMMENDED} or more, since one may be hidden'
         yield Severity.WEAK, '', text
     warnings = check_geometry(coordinates.select(fix.names).positions, fix)
     yield from ((Severity.WEAK, '', text) for text in warnings)
@@ -153,7 +153,7 @@ def _similar_shapes(selection: TargetSelection, teacher: Teacher) -> Iterator[_R
         detected = teacher.view.left.kinds[primitive_kind(first)].primitives
         similar = sum(difference(each, first, teacher.processing.tolerances) <= 1.0 for each in detected)
         if similar > SIMILAR_MAX:
-            text = f'{similar} shapes in the image are similar to {name}; put a rarer primitive first'
+            text = f'{similar} shapes in the image are similar to {name}; put a rarer shape first'
             yield Severity.NOTE, name, text
 
 
@@ -246,7 +246,7 @@ def find_skewed_shapes(shapes: Mapping[str, Primitive], coordinates: SpatialPoin
             one, other = (f'{100.0 * length:.1f}' for length in lengths)
             text = (
                 f'{name}: its opposite sides are {one} and {other} cm long in 3D; a rectangle is probably mismatched: '
-                'select another primitive'
+                'select another shape'
             )
             yield name, text
 

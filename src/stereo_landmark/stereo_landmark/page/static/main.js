@@ -12,8 +12,8 @@ import { check, panelTree } from './panel_tree.js';
 import { stage, updateStage } from './stage.js';
 
 export const STEPS = {
-  processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider to update the edges. Double click a slider for its default. Wheel zooms, Alt+drag pans.' },
-  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to select them. Dotted shapes cannot be used. X: next of several overlapping shapes. Esc cancels.' },
+  processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider to update the edges. Double click a slider for its default. The wheel or two fingers zoom; Alt+drag or two fingers move the picture.' },
+  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to select them. Dotted shapes cannot be used. X: next of several overlapping ones. Esc cancels.' },
   points: { title: 'Corresponding points', panel: panelPoints, tip: 'Click a cross to exclude or include the point. Drag in the lower view to rotate it.' },
   tree: { title: 'Procedure tree', panel: panelTree, tip: 'Branches are tried from the thickest to the thinnest.' },
   test: { title: 'Test and save', panel: panelTest, tip: 'Green crosses were used for the position; amber ones did not fit and were left out.' },

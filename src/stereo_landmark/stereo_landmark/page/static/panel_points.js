@@ -1,7 +1,7 @@
 // Step 3: corresponding points in both images and in 3D (paper 4c).
 
 import { activeTarget, edit } from './app.js';
-import { COLOURS, formatAngle, el, kindIcon, formatLength } from './dom.js';
+import { formatAngle, el, kindIcon, formatLength } from './dom.js';
 import { targetTabs } from './panel_targets.js';
 import { plain } from './words.js';
 import { stage } from './stage.js';
@@ -31,7 +31,7 @@ function group(primitive) {
   const names = points.map((point) => point.name);
   const areUsed = points.some((point) => point.used);
   return [
-    el('tr', { className: 'group' }, el('th', { colSpan: 4 }, kindIcon(primitive.kind), el('span', { style: { color: COLOURS[primitive.kind] } }, primitive.name)),
+    el('tr', { className: 'group' }, el('th', { colSpan: 4 }, kindIcon(primitive.kind), primitive.name),
       el('th', {}, points.length > 1 && el('button', { className: 'quiet', onclick: () => edit('set_points_used', { points: names, used: !areUsed }) }, areUsed ? 'None' : 'All'))),
     ...(primitive.fault ? [el('tr', {}, el('td', { colSpan: 5, className: 'bad' }, primitive.fault))] : points.map(pointRow)),
   ];

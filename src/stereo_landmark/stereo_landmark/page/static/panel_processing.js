@@ -7,7 +7,13 @@ import { stage } from './stage.js';
 
 const TITLES = {
   'edges.filter_sigma': 'Smoothing', 'edges.threshold': 'Threshold', 'edges.continuation': 'Continuation',
-  'edges.length_min': 'Shortest segment', 'edges.bend_tolerance': 'Bend tolerance',
+  'edges.length_min': 'Shortest line', 'edges.bend_tolerance': 'Bend tolerance',
+};
+/** What a slider does, where the description of the setting is for experts. */
+const EFFECTS = {
+  'edges.filter_sigma': 'more removes noise, but also small shapes', 'edges.threshold': 'higher keeps only clear edges, lower also faint ones',
+  'edges.continuation': 'lower follows an edge further where it gets faint', 'edges.length_min': 'shorter lines are dropped',
+  'edges.bend_tolerance': 'higher keeps slightly bent edges in one piece',
 };
 const STEPS = 400;
 const GROUPS = [['edges', 'Edges', true], ['primitives', 'Shapes', false], ['tolerances', 'Tolerances when searching', false]];
@@ -63,7 +69,7 @@ function slider(setting) {
     ondblclick: () => { gestures += 1; bar.value = toSlider(setting, setting.default); set(setting.default, { gesture: `${setting.name} ${gestures}` }).then(runDetectors); },
   });
   return el('label', { className: `slider${value === setting.default ? '' : ' moved'}` },
-    el('span', {}, title), number, bar, el('small', {}, setting.description));
+    el('span', {}, title), number, bar, el('small', {}, EFFECTS[setting.name] ?? setting.description));
 }
 
 const show = (value, setting) => `${Number(value.toPrecision(3))}${setting.unit ? ` ${setting.unit}` : ''}`;

@@ -24,6 +24,7 @@ export async function test() {
 async function testAll() {
   const { selection, pairs } = app.state;
   app.testing = 0;
+  changed();
   while (app.testing !== null && app.testing < pairs.length && app.state.selection === selection) {
     const answer = await ask(app.testing);
     if (app.testing === shownPair() && !answer.error) app.test = answer.answer;

@@ -149,7 +149,9 @@ export function zoomViewport(factor) {
 /** Draws in pixels of the image; line widths are those of the screen. The centre of the first pixel is (0, 0). */
 class Pen {
   constructor(context, scale, x, y) {
-    Object.assign(this, { context, scale, x, y });
+    // Marks are smaller on small pictures.
+    const mark = Math.min(1, Math.max(0.5, context.canvas.clientWidth / 420));
+    Object.assign(this, { context, scale, x, y, mark });
   }
 
   at([u, v]) {
@@ -189,7 +191,8 @@ class Pen {
   cross(place, colour, size = 6, width = 2) {
     const [x, y] = this.at(place);
     const { context } = this;
-    for (const [style, w] of [['rgba(4, 12, 18, 0.8)', width + 2.5], [colour, width]]) {
+    size *= this.mark;
+    for (const [style, w] of [['rgba(4, 12, 18, 0.8)', this.mark * (width + 2.5)], [colour, this.mark * width]]) {
       context.beginPath();
       context.moveTo(x - size, y); context.lineTo(x + size, y);
       context.moveTo(x, y - size); context.lineTo(x, y + size);

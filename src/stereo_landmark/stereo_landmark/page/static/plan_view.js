@@ -4,6 +4,8 @@ import { app } from './app.js';
 import { formatLength, svg } from './dom.js';
 
 const MARGIN = 34;
+/** Height of a line of text [px]. */
+const LINE = 15;
 /** Radius of the drawn robot [m]. */
 const ROBOT = 0.2;
 /** The plan shows at least this far around the robot [m]. */
@@ -24,8 +26,8 @@ export function areaWords() {
   if (!found.length) return `${count}.`;
   const range = (name) => [Math.min(...found.map((test) => test[name])), Math.max(...found.map((test) => test[name]))];
   const [x, y, yaw] = ['x', 'y', 'yaw'].map(range);
-  const side = ([low, high], plus, minus) => [low, high].map((value) => `${formatLength(Math.abs(value))} ${value < 0 ? minus : plus}`).join(' to ');
-  const turn = yaw.map((value) => `${Math.round(value * 180 / Math.PI)}°`.replace('-', '−')).join(' to ');
+  const side = ([low, high], plus, minus) => [low, high].map((value) => `${Math.abs(value).toFixed(2)} m ${value < -0.005 ? minus : plus}`).join(' to ');
+  const turn = yaw.map((value) => `${Math.round(Math.abs(value) * 180 / Math.PI)}° ${value < -0.009 ? 'right' : 'left'}`).join(' to ');
   return `${count}: from ${side(x, 'ahead', 'behind')}, ${side(y, 'left', 'right')}, turned by ${turn}. Outside of this area nothing was tested.`;
 }
 
@@ -36,7 +38,7 @@ export function planView(width, height) {
   })).filter((target) => target.points.length);
   const drawing = svg('svg', { class: 'plan', viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': `Plan from above. ${areaWords()}`, 'data-testid': 'plan' });
   const at = fit([...targets.flatMap((target) => target.points), ...found.map((test) => [test.x, test.y])], width, height);
-  drawing.append(...grid(at, width, height), view(at, targets), ...area(at, found), ...targets.flatMap((target) => targetMarks(at, target)));
+  drawing.append(...grid(at, width, height), view(at, targets), ...area(at, found), ...targets.flatMap((target) => targetMarks(at, target)), ...targetNames(at, targets));
   drawing.append(...robot(at), ...found.map((test) => foundMark(at, test)));
   if (found.length) drawing.append(label(at([0, 0]), 'taught here', 'taught', ROBOT * at.scale + 14));
   return drawing;
@@ -97,12 +99,17 @@ function area(at, found) {
   return outline.length ? [path(at, outline, 'area', true)] : [];
 }
 
-function targetMarks(at, { name, points, isActive }) {
-  const seen = points.map((point) => at(point));
-  const centre = [0, 1].map((k) => seen.reduce((sum, place) => sum + place[k], 0) / seen.length);
-  const top = Math.min(...seen.map((place) => place[1]));
-  return [...seen.map(([x, y]) => svg('circle', { cx: x, cy: y, r: 3, class: `point${isActive ? ' on' : ''}` })),
-    label(at.isWide ? [Math.max(...seen.map((place) => place[0])) - 8, centre[1] + 4] : [centre[0], top + 18], name, `target${at.isWide ? ' wide' : ''}`)];
+const targetMarks = (at, { points, isActive }) => points.map((point) => at(point)).map(([x, y]) => svg('circle', { cx: x, cy: y, r: 3, class: `point${isActive ? ' on' : ''}` }));
+
+/** Names of the targets, in front of their points and below each other where they would overlap. */
+function targetNames(at, targets) {
+  const places = targets.map(({ name, points }) => {
+    const seen = points.map((point) => at(point));
+    const mean = (k) => seen.reduce((sum, place) => sum + place[k], 0) / seen.length;
+    return at.isWide ? { name, x: Math.min(...seen.map((place) => place[0])) - 10, y: mean(1) + 4 } : { name, x: mean(0), y: Math.max(...seen.map((place) => place[1])) + 18 };
+  }).sort((a, b) => a.y - b.y);
+  places.forEach((place, i) => { if (i) place.y = Math.max(place.y, places[i - 1].y + LINE); });
+  return places.map(({ name, x, y }) => label([x, y], name, `target${at.isWide ? ' wide' : ''}`));
 }
 
 function foundMark(at, test) {
