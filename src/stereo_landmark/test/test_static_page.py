@@ -155,7 +155,6 @@ def take_region_back(engineer):
 def click_on_refused_shapes(engineer):
     """A shape that cannot be used is not selected, the page says why; selected ones go with one button."""
     page, count = engineer.page, 'window.__state.state.targets[0].primitives.length'
-    engineer.look("window.__stage.choose({kind: 'corner'})")
     page.get_by_test_id('detector-parallel_lines').click()
     refused = "window.__state.state.found.find((e) => e.fault && e.kind === 'parallel_lines')"
     engineer.wait(f'Boolean({refused})')
@@ -166,7 +165,15 @@ def click_on_refused_shapes(engineer):
     page.get_by_test_id(f'shape-{kind} {number}').press('Enter')
     page.get_by_test_id('toast').get_by_text(fault).wait_for()
     assert engineer.look(count) == len(METERS)
-    engineer.look(f"window.__edit('toggle', {{ kind: '{kind}', number: {number} }})")
+    toggle = {'do': 'toggle', 'kind': kind, 'number': number}
+    page.evaluate(
+        """(toggle) => {
+            const other = new WebSocket(location.origin.replace('http', 'ws') + '/socket');
+            other.onopen = () => other.send(JSON.stringify(toggle));
+        }""",
+        toggle,
+    )
+    engineer.wait(f'{count} === {len(METERS) + 1}')
     page.get_by_test_id('remove-refused').click()
     engineer.wait(f'{count} === {len(METERS)}')
     page.get_by_test_id('detector-parallel_lines').click()
@@ -211,6 +218,19 @@ def try_and_save(engineer):
     engineer.wait('window.__state.test?.is_fix')
     found = engineer.look('[window.__state.test.x, window.__state.test.y, window.__state.test.yaw]')
     assert found == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
+    page.get_by_test_id('test-all').click()
+    page.get_by_test_id('area').get_by_text('in 2 of 2 tested images').wait_for()
+    assert page.get_by_test_id('plan').locator('.found').count() == 2
+    page.get_by_test_id('tilt-pitch').fill('90')
+    page.keyboard.press('Tab')
+    page.get_by_test_id('test-result').get_by_text('roll and pitch must be within').wait_for()
+    page.get_by_test_id('tilt-measured').click()
+    engineer.wait('window.__state.test?.is_fix')
+    for step in ('targets', 'points', 'tree', 'test'):
+        page.get_by_test_id(f'step-{step}').click()
+        for width in (390, 768, 1440):
+            page.set_viewport_size({'width': width, 'height': 900})
+            assert engineer.look('document.scrollingElement.scrollWidth') <= width
     page.get_by_test_id('place').fill('a wall')
     page.keyboard.press('Tab')
     page.get_by_test_id('toast').get_by_text('is not a valid place name').wait_for()
@@ -263,6 +283,7 @@ def see_what_is_not_saved(engineer, address):
 def test_an_engineer_teaches_a_place_in_the_browser(engineer, address, files):
     process_images(engineer)
     choose_targets(engineer)
+    click_on_refused_shapes(engineer)
     choose_outer_rims(engineer)
     choose_points(engineer)
     check_tree(engineer)

@@ -5,16 +5,22 @@ import { byId, formatAngle, el, formatLength, toast } from './dom.js';
 import { missingNames, plain } from './words.js';
 
 let isTesting = false;
+/** Whether image or tilt changed during a test. */
+let isOutdated = false;
 const shownPair = () => app.testPair ?? app.state.pair;
 const degrees = (radians) => Number((radians * 180 / Math.PI).toFixed(2));
 
 const ask = (pair) => request('test', { pair, tilt: app.tilts[pair] });
 
 export async function test() {
-  if (isTesting || app.testing !== null) return;
+  if (isTesting) { isOutdated = true; return; }
   isTesting = true;
   changed();
-  const answer = await ask(shownPair());
+  let answer = null;
+  do {
+    isOutdated = false;
+    answer = await ask(shownPair());
+  } while (isOutdated);
   isTesting = false;
   app.test = answer.error ? { is_fix: false, reason: answer.error, detail: '', detections: [], pair: shownPair() } : answer.answer;
   changed();
