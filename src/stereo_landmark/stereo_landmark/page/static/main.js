@@ -15,7 +15,7 @@ export const STEPS = {
   processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider to update the edges. Double click a slider for its default. The wheel or two fingers zoom; Alt+drag or two fingers move the picture.' },
   targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to select them. Dotted shapes cannot be used. X: next of several overlapping ones. Esc cancels.' },
   points: { title: 'Corresponding points', panel: panelPoints, tip: 'Click a cross to exclude or include the point. Drag in the lower view to rotate it.' },
-  tree: { title: 'Procedure tree', panel: panelTree, tip: 'Branches are tried from the thickest to the thinnest.' },
+  tree: { title: 'Procedure tree', panel: panelTree, tip: 'The paths are tried from the first to the last.' },
   test: { title: 'Test and save', panel: panelTest, tip: 'Green crosses were used for the position; amber ones did not fit and were left out.' },
 };
 

@@ -116,7 +116,7 @@ function tilt() {
   };
   const field = (name, title, value) => el('label', {}, title,
     el('input', { id: `tilt-${name}`, 'data-testid': `tilt-${name}`, type: 'number', step: 0.1, min: -45, max: 45, value: value === undefined ? '' : degrees(value), onchange: set }));
-  return el('div', { className: 'map-pose tilt' }, field('roll', 'tilt to the side [°]', now?.[0]), field('pitch', 'tilt to the front [°]', now?.[1]),
+  return el('div', { className: 'map-pose tilt' }, field('roll', 'tilt sideways [°]', now?.[0]), field('pitch', 'tilt forward [°]', now?.[1]),
     el('button', { 'data-testid': 'tilt-measured', disabled: !app.tilts[pair], title: 'Use the tilt that was recorded with the image', onclick: () => { delete app.tilts[pair]; test(); } }, 'As recorded'));
 }
 

@@ -84,21 +84,22 @@ export function updateStage() {
     view.show(`/image/${number}/${which === 'right' ? 'right' : 'left'}.png`);
     view.dim = app.step === 'processing' ? app.brightness ?? 0.35 : 1;
   }
-  if (app.step === 'tree') byId('below').replaceChildren(treeView());
-  if (app.step === 'test') showPlan();
+  showBelow();
   const hovered = app.step === 'targets' && app.state.found.find((each) => keyOf(each) === app.hover);
   if (hovered) byId('cursor').textContent = describe(hovered);
   redraw();
 }
 
-/** The plan fills the view below the pictures. */
-function showPlan() {
+/** The tree or the plan, as wide as the view below the pictures. */
+function showBelow() {
+  if (app.step === 'tree') byId('below').replaceChildren(treeView(byId('below').clientWidth));
+  if (app.step !== 'test') return;
   const words = el('p', { 'data-testid': 'area' }, areaWords());
   const box = el('div', { className: 'plan-box' });
   byId('below').replaceChildren(el('section', { className: 'plan-view', 'aria-label': 'Plan' }, words, box));
   if (box.clientWidth && box.clientHeight) box.append(planView(box.clientWidth, box.clientHeight));
 }
-new ResizeObserver(() => { if (app.configuration && app.state && shownStep === 'test') showPlan(); }).observe(byId('below'));
+new ResizeObserver(() => { if (app.state && shownStep) showBelow(); }).observe(byId('below'));
 
 function redraw() {
   Object.values(views).forEach((view) => view.draw());

@@ -4,21 +4,20 @@ import { activeTarget, app, changed } from './app.js';
 import { COLOURS, el, svg } from './dom.js';
 
 const ROWS_MAX = 7;
-const isNarrow = matchMedia('(max-width: 900px)');
-isNarrow.addEventListener('change', () => { if (app.state) changed(); });
 const [LEFT, TOP, COLUMN, ROW, NODE_W, NODE_H] = [118, 34, 164, 54, 136, 32];
 const MARKS = {
   found: ['✓ found', 'var(--good)'], ambiguous: ['? could be confused', 'var(--weak)'], not_found: ['✗ not found', 'var(--stop)'],
   wrong_pose: ['✗ wrong position', 'var(--stop)'],
 };
 
-export function treeView() {
+/** The tree, or its paths as a list where it is wider than `widthMax` [px]. */
+export function treeView(widthMax) {
   const primitives = activeTarget().primitives;
   if (!primitives.length) return el('div', { className: 'empty' }, 'The tree shows the shapes that you select in step 2.');
   const rows = Math.min(primitives.length, ROWS_MAX);
   const trials = app.state.checks[app.state.active]?.trials;
-  if (isNarrow.matches) return pathList(primitives, rows, trials);
   const width = LEFT + primitives.length * COLUMN + 130, height = TOP + rows * ROW + (primitives.length > rows ? 26 : 6);
+  if (width + 20 > widthMax) return pathList(primitives, rows, trials);
   const drawing = svg('svg', { viewBox: `0 0 ${width} ${height}`, width, height, 'data-testid': 'tree' });
   const rootY = TOP + (rows * ROW) / 2 - ROW / 2 + NODE_H / 2;
   drawing.append(
@@ -56,7 +55,6 @@ function node(primitive, number, x, y) {
   return group;
 }
 
-/** The paths as a list, for narrow screens. */
 function pathList(primitives, rows, trials) {
   return el('ol', { className: 'paths', 'data-testid': 'tree' }, ...primitives.slice(0, rows).map((first, row) => {
     const [words, colour] = trials ? outcome(trials, primitives, row) : ['', ''];
