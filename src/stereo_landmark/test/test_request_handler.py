@@ -105,7 +105,7 @@ def test_sliders_get_edges_at_once_and_are_one_step(answers):
         ({'do': 'select_pair', 'pair': 9}, 'there is no pair 10, there are 2'),
         ({'do': 'take'}, '--live only'),
         ({'do': 'check', 'target': 4}, 'there is no target 5'),
-        ({'do': 'save', 'replace': False}, 'target_1 has no primitive'),
+        ({'do': 'save', 'replace': False}, 'target_1 has no shape'),
         ({'do': 'rename_place', 'name': '../../etc/passwd'}, 'is not a valid place name'),
         ({'do': 'set_map_pose', 'pose': [0, 0, True]}, 'pose must be a number'),
         ({'do': 'set_map_pose', 'pose': [0, 0, 10**400]}, 'pose must be a number'),

@@ -215,7 +215,7 @@ class Teacher:
 
     def _target(self, selection: TargetSelection, pairs: Sequence[NamedPair]) -> TaughtTarget:
         if not pairs:
-            raise StereoLandmarkError(f'target {selection.name} has no primitive; select one or more')
+            raise StereoLandmarkError(f'target {selection.name} has no shape; select one or more')
         primitives = tuple(
             TaughtPrimitive(part, drop_covariance(left), self._position(left, right))
             for part, (_, left, right) in zip(selection.primitives, pairs, strict=True)

@@ -10,9 +10,12 @@ let dragged = null;
 
 export function targetTabs() {
   const tabs = app.state.targets.map((target, i) => el('button', {
-    className: `tab${i === app.state.active ? ' on' : ''}`, 'data-testid': `target-${i}`, title: 'Double click to rename', 'aria-pressed': String(i === app.state.active),
-    onclick: () => { if (i !== app.state.active) { app.selected = null; edit('activate_target', { target: i }); } },
-    ondblclick: () => rename(target.name, (name) => edit('rename_target', { target: i, name })),
+    className: `tab${i === app.state.active ? ' on' : ''}`, 'data-testid': `target-${i}`, title: i === app.state.active ? 'Click again to rename' : '', 'aria-pressed': String(i === app.state.active),
+    onclick: () => {
+      if (i === app.state.active) { rename(target.name, (name) => edit('rename_target', { target: i, name })); return; }
+      app.selected = null;
+      edit('activate_target', { target: i });
+    },
   }, target.name, el('span', { className: 'count' }, String(target.primitives.length))));
   return el('div', { className: 'tabs' }, ...tabs,
     el('button', { className: 'tab add', 'data-testid': 'add-target', title: 'Add a target (N)', 'aria-label': 'Add a target', onclick: () => edit('add_target') }, '+'),
@@ -81,11 +84,11 @@ function row(primitive, i) {
   return el('li', {
     className: `${isSelected ? 'selected' : ''}${primitive.fault ? ' fault' : ''}`, title: primitive.fault, 'data-testid': `chosen-${i}`, 'data-name': primitive.name,
     onclick: () => { app.selected = isSelected ? null : primitive.name; changed(); },
-    ondblclick: () => rename(primitive.name, (to) => edit('rename_primitive', { name: primitive.name, to })),
   },
   el('span', { className: 'handle', title: 'Drag to reorder (or Alt+↑ ↓)', 'data-testid': `handle-${i}`, onpointerdown: (event) => startDrag(event, primitive.name) }, '⠿'),
   el('span', { className: 'number', style: { background: primitive.fault ? '#ff6b6b' : COLOURS[primitive.kind] } }, String(i + 1)),
-  kindIcon(primitive.kind), el('span', { className: 'name' }, primitive.name, primitive.fault && el('small', {}, primitive.fault)),
+  kindIcon(primitive.kind), el('span', { className: 'name', title: isSelected ? 'Click again to rename' : '', onclick: (event) => { if (isSelected) { event.stopPropagation(); rename(primitive.name, (to) => edit('rename_primitive', { name: primitive.name, to })); } } },
+    primitive.name, primitive.fault && el('small', {}, primitive.fault)),
   share !== null && el('span', { className: `recall${share < 0.7 ? ' low' : ''}`, title: `found in ${Math.round(100 * share)} % of the tested images` }, `${Math.round(100 * share)} %`),
   el('button', { className: 'quiet', title: 'Remove (Delete)', 'aria-label': `Remove ${primitive.name}`, 'data-testid': `drop-${i}`, onclick: (event) => { event.stopPropagation(); drop(primitive.name); } }, '✕'));
 }

@@ -33,7 +33,8 @@ async function testAll() {
   changed();
   while (app.testing !== null && app.testing < pairs.length && app.state.selection === selection) {
     const answer = await ask(app.testing);
-    if (app.testing === shownPair() && !answer.error) app.test = answer.answer;
+    if (answer.error) break;
+    if (app.testing === shownPair()) app.test = answer.answer;
     if (app.testing !== null) app.testing += 1;
   }
   app.testing = null;

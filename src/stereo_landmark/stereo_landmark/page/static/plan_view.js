@@ -39,7 +39,7 @@ export function planView(width, height) {
   const drawing = svg('svg', { class: 'plan', viewBox: `0 0 ${width} ${height}`, width, height, role: 'img', 'aria-label': `Plan from above. ${areaWords()}`, 'data-testid': 'plan' });
   const at = fit([...targets.flatMap((target) => target.points), ...found.map((test) => [test.x, test.y])], width, height);
   drawing.append(...grid(at, width, height), view(at, targets), ...area(at, found), ...targets.flatMap((target) => targetMarks(at, target)), ...targetNames(at, targets));
-  drawing.append(...robot(at), ...found.map((test) => foundMark(at, test)));
+  drawing.append(...robot(at), ...found.filter((test) => !isShown(test)).map((test) => foundMark(at, test)), ...found.filter(isShown).map((test) => foundMark(at, test)));
   if (found.length) drawing.append(label(at([0, 0]), 'taught here', 'taught', ROBOT * at.scale + 14));
   return drawing;
 }
@@ -112,11 +112,12 @@ function targetNames(at, targets) {
   return places.map(({ name, x, y }) => label([x, y], name, `target${at.isWide ? ' wide' : ''}`));
 }
 
+const isShown = (test) => test.pair === (app.testPair ?? app.state.pair);
+
 function foundMark(at, test) {
-  const isShown = test.pair === (app.testPair ?? app.state.pair);
   const [x, y] = at([test.x, test.y]);
   const tip = at([test.x + 14 / at.scale * Math.cos(test.yaw), test.y + 14 / at.scale * Math.sin(test.yaw)]);
-  const group = svg('g', { class: `found${isShown ? ' on' : ''}` }, svg('path', { d: `M${x} ${y}L${tip[0]} ${tip[1]}` }), svg('circle', { cx: x, cy: y, r: isShown ? 5 : 3.5 }));
+  const group = svg('g', { class: `found${isShown(test) ? ' on' : ''}` }, svg('path', { d: `M${x} ${y}L${tip[0]} ${tip[1]}` }), svg('circle', { cx: x, cy: y, r: isShown(test) ? 5 : 3.5 }));
   const title = svg('title');
   title.textContent = `${app.state.pairs[test.pair]}: ± ${formatLength(test.position_sigma)}`;
   group.append(title);
