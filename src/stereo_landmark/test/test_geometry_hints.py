@@ -31,7 +31,7 @@ RIMS = np.vstack([panel(3.0, 1.0, 2, depth=0.0) + step for step in (0.0, 0.001)]
         (panel(3.0, 1.0, 16), []),
         (panel(3.0, 1.0, 3), ['too few points: 3']),
         (panel(3.0, 0.2, 8), ['too narrow']),
-        (panel(6.0, 0.1, 4, 0.02, 3), ['too shallow: at 6.', 'the yaw has a standard deviation of']),
+        (panel(6.0, 0.1, 4, 0.02, 3), ['too shallow: at 6.', 'the heading is only known to ±']),
         (RIMS, ['too close together: 4 points at 2 distinct positions']),
     ],
 )

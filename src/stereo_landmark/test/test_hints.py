@@ -29,7 +29,7 @@ def test_a_good_target_has_no_hints_and_is_found_with_any_part_hidden():
     assert list(check_trials('target_1', trials)) == []
 
 
-@pytest.mark.parametrize(('count', 'said'), [(0, 'no primitive is selected'), (1, 'too few points')])
+@pytest.mark.parametrize(('count', 'said'), [(0, 'no shape is selected'), (1, 'too few points')])
 def test_too_few_is_no_place(count, said):
     (hint,) = (hint for hint in hints(session_with_meters(count)) if hint.severity is Severity.STOP)
     assert said in hint.text
@@ -54,7 +54,7 @@ def test_points_close_together_promise_little():
     session = large_session(ALL)
     choose(session, -0.75, 0.95)
     texts = [hint.text for hint in hints(session)]
-    assert any(text.startswith('too few primitives: 1') for text in texts)
+    assert any(text.startswith('too few shapes: 1') for text in texts)
     assert any('horizontal extent is 0.20 m' in text for text in texts)
     choose(session, 0.9, 0.75)
     assert not any('horizontal extent' in hint.text for hint in hints(session))

@@ -1,14 +1,19 @@
 """Requests of the page: valid edits change the state, invalid ones return an error and change nothing."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 from taught_wall import HERE, METERS, T_MAP_PLACE
 from teaching_wall import images_of, meters_of, new_session, pairs_of_wall
 
+from stereo_landmark.core.place.place_locator import NoPlaceFixReason
+from stereo_landmark.core.procedure.target_search import NoDetectionReason
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
+from stereo_landmark.core.view_localizer import ViewFault
 from stereo_landmark.files.place_file import load_images, load_place
+from stereo_landmark.page import snapshot
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
@@ -55,6 +60,24 @@ def test_a_whole_lesson(answers, tmp_path):
     assert np.array_equal(load_images(tmp_path / 'wall.yaml').left, images_of(0).left)
 
 
+def test_tests_are_kept_for_each_selection_and_use_the_given_tilt(answers):
+    choose_meters(answers)
+    level = ask(answers, 'test', pair=1)
+    assert level['state']['tests']['1']['found']['target_1'] == [f'ellipse {k}' for k in (1, 2, 3, 4)]
+    tilted = ask(answers, 'test', pair=1, tilt=[0.0, 0.02])['answer']
+    assert tilted['tilt'] == [0.0, 0.02]
+    assert tilted['x'] != level['answer']['x']
+    assert ask(answers, 'move', name='ellipse 4', place=0)['state']['tests'] == {}
+    assert ask(answers, 'undo')['state']['tests'].keys() == {'1'}
+    assert 'roll and pitch' in ask(answers, 'test', pair=1, tilt=[0.0, 1.0])['error']
+
+
+def test_every_reason_has_a_technicians_words():
+    words = (Path(snapshot.__file__).parent / 'static' / 'words.js').read_text(encoding='utf-8')
+    for reasons in (NoDetectionReason, NoPlaceFixReason, ViewFault):
+        assert not [each.value for each in reasons if f"'{each.value}':" not in words]
+
+
 def test_sliders_get_edges_at_once_and_are_one_step(answers):
     ask(answers, 'hello')
     counts = []
@@ -82,7 +105,7 @@ def test_sliders_get_edges_at_once_and_are_one_step(answers):
         ({'do': 'select_pair', 'pair': 9}, 'there is no pair 10, there are 2'),
         ({'do': 'take'}, '--live only'),
         ({'do': 'check', 'target': 4}, 'there is no target 5'),
-        ({'do': 'save', 'replace': False}, 'target_1 has no primitive'),
+        ({'do': 'save', 'replace': False}, 'target_1 has no shape'),
         ({'do': 'rename_place', 'name': '../../etc/passwd'}, 'is not a valid place name'),
         ({'do': 'set_map_pose', 'pose': [0, 0, True]}, 'pose must be a number'),
         ({'do': 'set_map_pose', 'pose': [0, 0, 10**400]}, 'pose must be a number'),
@@ -127,7 +150,7 @@ def test_red_hints_stop_a_place_from_being_saved_until_the_choice_is_another(ans
     wrong_pose = TrialRun(('ellipse 1',), Outcome.WRONG_POSE, '0.40 m away')
     monkeypatch.setattr(answers.session, 'check', lambda _: [wrong_pose])
     refused = ask(answers, 'save', replace=False)
-    assert 'not saved: target_1: without ellipse 1 a wrong pose is found' in refused['error']
+    assert 'not saved: target_1: without ellipse 1 a wrong position is found' in refused['error']
     assert not list(tmp_path.iterdir())
     (hint,) = refused['state']['checks']['0']['hints']
     assert hint['severity'] == 'stop'

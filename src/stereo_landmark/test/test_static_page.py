@@ -152,6 +152,33 @@ def take_region_back(engineer):
     assert page.get_by_test_id('toast').is_hidden()
 
 
+def click_on_refused_shapes(engineer):
+    """A shape that cannot be used is not selected, the page says why; selected ones go with one button."""
+    page, count = engineer.page, 'window.__state.state.targets[0].primitives.length'
+    page.get_by_test_id('detector-parallel_lines').click()
+    refused = "window.__state.state.found.find((e) => e.fault && e.kind === 'parallel_lines')"
+    engineer.wait(f'Boolean({refused})')
+    kind, number, fault = engineer.look(f'(({{ kind, number, fault }}) => [kind, number, fault])({refused})')
+    page.get_by_test_id('shape-counts').click()
+    page.get_by_test_id(f'shape-{kind} {number}').focus()
+    assert fault in page.locator('#reason').text_content()
+    page.get_by_test_id(f'shape-{kind} {number}').press('Enter')
+    page.get_by_test_id('toast').get_by_text(fault).wait_for()
+    assert engineer.look(count) == len(METERS)
+    toggle = {'do': 'toggle', 'kind': kind, 'number': number}
+    page.evaluate(
+        """(toggle) => {
+            const other = new WebSocket(location.origin.replace('http', 'ws') + '/socket');
+            other.onopen = () => other.send(JSON.stringify(toggle));
+        }""",
+        toggle,
+    )
+    engineer.wait(f'{count} === {len(METERS) + 1}')
+    page.get_by_test_id('remove-refused').click()
+    engineer.wait(f'{count} === {len(METERS)}')
+    page.get_by_test_id('detector-parallel_lines').click()
+
+
 def choose_outer_rims(engineer):
     """Of concentric rings the one with the outline under the pointer is selected."""
     rings = [[[[r * math.cos(k / 8), r * math.sin(k / 8)] for k in range(51)]] for r in (10.0, 12.0)]
@@ -191,6 +218,19 @@ def try_and_save(engineer):
     engineer.wait('window.__state.test?.is_fix')
     found = engineer.look('[window.__state.test.x, window.__state.test.y, window.__state.test.yaw]')
     assert found == pytest.approx([HERE[0], HERE[1], HERE[3]], abs=0.02)
+    page.get_by_test_id('test-all').click()
+    page.get_by_test_id('area').get_by_text('in 2 of 2 tested images').wait_for()
+    assert page.get_by_test_id('plan').locator('.found').count() == 2
+    page.get_by_test_id('tilt-pitch').fill('90')
+    page.keyboard.press('Tab')
+    page.get_by_test_id('test-result').get_by_text('roll and pitch must be within').wait_for()
+    page.get_by_test_id('tilt-measured').click()
+    engineer.wait('window.__state.test?.is_fix')
+    for step in ('targets', 'points', 'tree', 'test'):
+        page.get_by_test_id(f'step-{step}').click()
+        for width in (390, 768, 1440):
+            page.set_viewport_size({'width': width, 'height': 900})
+            assert engineer.look('document.scrollingElement.scrollWidth') <= width
     page.get_by_test_id('place').fill('a wall')
     page.keyboard.press('Tab')
     page.get_by_test_id('toast').get_by_text('is not a valid place name').wait_for()
@@ -243,6 +283,7 @@ def see_what_is_not_saved(engineer, address):
 def test_an_engineer_teaches_a_place_in_the_browser(engineer, address, files):
     process_images(engineer)
     choose_targets(engineer)
+    click_on_refused_shapes(engineer)
     choose_outer_rims(engineer)
     choose_points(engineer)
     check_tree(engineer)

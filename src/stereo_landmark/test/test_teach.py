@@ -208,7 +208,7 @@ def test_a_shape_that_cannot_be_measured_is_left_out_and_named(config, capsys):
     config.files.write((left, right))
     assert config.run() == 0
     said = capsys.readouterr().out
-    assert 'ellipse 1: it has no match in the right image' in said
+    assert 'ellipse 1: it is not found in the right image' in said
     assert 'rows differ by' in said or 'not checked' in said
     names = [each.name for each in load_place(config.places / 'wall.yaml').targets[0].primitives]
     assert names == [f'ellipse {k}' for k in range(2, len(CENTRES) + 1)]

@@ -37,7 +37,7 @@ def test_taught_points_are_where_they_are_and_not_better_known_than_the_calibrat
 
 def test_what_the_images_show_in_different_rows_is_not_taught():
     teacher, plate = teacher_and_plate(rows=1)
-    with pytest.raises(StereoLandmarkError, match='rows in both images differ'):
+    with pytest.raises(StereoLandmarkError, match='at different heights'):
         teacher.measure(plate)
 
 

@@ -1,7 +1,6 @@
 """``teach``: teaches a place from stereo images, on a page in the browser or from a config file."""
 
 import argparse
-import dataclasses
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -81,7 +80,7 @@ def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     left, right = (detect_scene(image, config.processing) for image in (images.left, images.right))
     teacher = Teacher(StereoView(left, right, rig, images.tilt), config.processing)
     # (b) Targets: primitives in their order of detection; (c) corresponding points with their 3D coordinates.
-    selections, refused = _drop_refused([_select_target(target, teacher) for target in config.targets], teacher)
+    selections, refused = teacher.drop_refused(_select_target(target, teacher) for target in config.targets)
     place = teacher.teach(config.name, selections, config.T_map_place)
     # (d) Procedure tree: the place must be recognized in its own images.
     settings = LandmarkSettings(method=SHAPES)  # features would find any place
@@ -105,29 +104,6 @@ def _select_target(target: TargetConfig, teacher: Teacher) -> TargetSelection:
         return TargetSelection(target.name, chosen, target.points, processing=target.processing)
     except StereoLandmarkError as fault:
         raise StereoLandmarkError(f'target {target.name}: {fault}') from fault
-
-
-def _drop_refused(selections: Sequence[TargetSelection], teacher: Teacher) -> tuple[list[TargetSelection], list[str]]:
-    """Return the selections without primitives that cannot be measured, and a line for each of these.
-
-    Raises:
-        StereoLandmarkError: nothing is left.
-    """
-    usable, lines = [], []
-    for selection in selections:
-        kept = {}
-        for part, shape in selection.primitives.items():
-            try:
-                teacher.measure_named(selection, part)
-                kept[part] = shape
-            except StereoLandmarkError as fault:
-                lines.append(f'{fault}; the place is taught without it')
-        points = selection.points and tuple(p for p in selection.points if p.rpartition('/')[0] in kept)
-        if kept and points != ():
-            usable.append(dataclasses.replace(selection, primitives=kept, points=points))
-    if not usable:
-        raise StereoLandmarkError(f'no primitive can be measured: {"; ".join(lines)}')
-    return usable, lines
 
 
 def _print_points(points: SpatialPoints) -> None:

@@ -1,5 +1,6 @@
 """Edit commands of the page, and the fields of its requests."""
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -14,6 +15,8 @@ Request = Mapping[str, Any]
 
 NUMBER_MAX = 1e12
 """Maximum absolute value of a number in m, rad or px; squares of such numbers are finite."""
+TILT_MAX = math.radians(45.0)
+"""Maximum roll and pitch of a test image [rad]."""
 
 
 def text(request: Request, name: str) -> str:
@@ -91,6 +94,16 @@ def _numbers(request: Request, name: str, count: int) -> list[float]:
 
     values = _field(request, name, f'{count} numbers', is_valid)
     return [number({name: value}, name) for value in values]
+
+
+def tilt(request: Request) -> tuple[float, float] | None:
+    """Return roll and pitch [rad], None if they are not given; StereoLandmarkError if they are no small angles."""
+    if request.get('tilt') is None:
+        return None
+    roll, pitch = _numbers(request, 'tilt', 2)
+    if max(abs(roll), abs(pitch)) > TILT_MAX:
+        raise StereoLandmarkError(f'roll and pitch must be within ± {math.degrees(TILT_MAX):.0f}°; correct them')
+    return roll, pitch
 
 
 Edit = Callable[[TeachingState, Request], TeachingState]

@@ -1,11 +1,12 @@
 """Handles the requests of the page sequentially, with JSON requests and responses."""
 
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from enum import Enum
 from functools import partial
 from typing import Any
 
 from shirube_ros.errors import CameraFileError
+from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.settings import LandmarkSettings
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
@@ -18,7 +19,7 @@ from stereo_landmark.page import page_edits as read
 from stereo_landmark.page.page_edits import EDITS, Request
 from stereo_landmark.page.pair_source import StereoPairs
 from stereo_landmark.page.place_saver import PlaceExistsError, PlaceSaver
-from stereo_landmark.page.snapshot import configuration, edges, hint_entries, snapshot, test_result
+from stereo_landmark.page.snapshot import configuration, edges, hint_entries, snapshot, test_result, test_summary
 
 Answer = dict[str, Any]
 
@@ -43,6 +44,7 @@ class RequestHandler:
         saver: writer of the places.
         state: initial state, None for an empty place.
         settings: localization settings for tests, None for the defaults.
+        results: results of the pairs with the initial state, as a teach drive gives them.
     """
 
     def __init__(
@@ -51,6 +53,7 @@ class RequestHandler:
         saver: PlaceSaver,
         state: TeachingState | None = None,
         settings: LandmarkSettings | None = None,
+        results: Sequence[LandmarkFix | NoLandmarkFix] = (),
     ) -> None:
         self._source = source
         self._saver = saver
@@ -59,12 +62,16 @@ class RequestHandler:
         self._saved_content = self._initial_content if saver.is_own(self.session.state.name) else None
         self._selection_numbers: dict[Hashable, int] = {}
         self._checks: dict[tuple[int, int], Answer] = {}
+        self._tests: dict[tuple[int, int], Answer] = {}
+        for pair, result in enumerate(results):
+            self._tests[self._selection_number, pair] = test_result(result)
         self._steps: dict[str, Callable[[Request], None]] = {
             'snapshot': lambda _: None,
             'undo': lambda _: self.session.undo(),
             'redo': lambda _: self.session.redo(),
             'toggle': lambda r: self.session.toggle(read.kind(r), read.integer(r, 'number')),
             'select_pair': self._select_pair,
+            'remove_refused': lambda _: self.session.remove_refused(),
             'take': lambda _: self._use_pair(source.capture()),
         }
         """Commands that are answered by the state after them, as edits are."""
@@ -72,7 +79,7 @@ class RequestHandler:
             'hello': lambda _: {'configuration': configuration(source), **self._state()},
             'edges': self._edges,
             'check': self._check,
-            'test': lambda r: {'answer': test_result(self.session.locate(read.integer(r, 'pair')))},
+            'test': self._test,
             'save': self._save,
         }
 
@@ -96,7 +103,7 @@ class RequestHandler:
     @property
     def display_state(self) -> Hashable:
         """State shared by all pages; pages need no update while it is equal."""
-        return self.session.state, self._saved_content, len(self._checks)
+        return self.session.state, self._saved_content, len(self._checks), len(self._tests)
 
     def answer(self, request: Request) -> Answer:
         """Handle a request and return the response."""
@@ -123,9 +130,13 @@ class RequestHandler:
 
     def _state(self) -> Answer:
         selection = self._selection_number
-        checks = {target: check for (of, target), check in self._checks.items() if of == selection}
-        shown = snapshot(self.session, self._source)
-        return {'state': {**shown, 'save_status': self.save_status.value, 'selection': selection, 'checks': checks}}
+        checks, tests = (
+            {number: result for (of, number), result in results.items() if of == selection}
+            for results in (self._checks, self._tests)
+        )
+        shown = {**snapshot(self.session, self._source), 'selection': selection, 'checks': checks}
+        shown['tests'] = {pair: test_summary(result) for pair, result in tests.items()}
+        return {'state': {**shown, 'save_status': self.save_status.value}}
 
     @property
     def _selection_number(self) -> int:
@@ -166,6 +177,14 @@ class RequestHandler:
             self._checks[key] = {'trials': rows, 'hints': hint_entries(check_trials(name, trials))}
         return self._checks[key]
 
+    def _test(self, request: Request) -> Answer:
+        """Test the selection on a pair, with its tilt or a given one; the latest result of each pair is shown."""
+        pair = read.integer(request, 'pair')
+        tilt = read.tilt(request) or self.images(pair).tilt
+        answer = {**test_result(self.session.locate(pair, tilt)), 'pair': pair, 'tilt': list(tilt)}
+        self._tests[self._selection_number, pair] = answer
+        return {'answer': answer, **self._state()}
+
     def _save(self, request: Request) -> Answer:
         replace = read.flag(request, 'replace')
         place = self.session.place()
@@ -174,7 +193,7 @@ class RequestHandler:
             return {'error': f'not saved: {stop["target"]}: {stop["text"]}', **self._state()}
         path = self._saver.save(place, self.session.images, replace=replace)
         self._saved_content = self.session.state.content_key
-        return {'saved': str(path), **self._state()}
+        return {'saved': str(path), 'left_out': self.session.left_out, **self._state()}
 
     def _blocking_hints(self) -> Iterator[dict[str, str]]:
         """Yield the hints that prevent saving, the cheap checks first."""

@@ -82,22 +82,22 @@ def hint_entries(hints: Iterable[Hint]) -> list[dict[str, str]]:
 
 
 def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
-    """Return the result of a test on another pair as JSON."""
+    """Return the result of a test on another pair as JSON; the page puts the reasons into a technician's words."""
     used = answer.displacement.names if isinstance(answer, LandmarkFix) else ()
     detections: list[dict[str, Any]] = []
     for each in answer.detections:
-        entry = {'target': each.target, 'found': [], 'log_likelihood_ratio': 0.0, 'points': []}
+        entry: dict[str, Any] = {'target': each.target, 'found': [], 'points': []}
         if isinstance(each, TargetDetection):
-            entry['found'], entry['log_likelihood_ratio'] = list(each.found), each.log_likelihood_ratio
+            entry['found'] = [name.removeprefix(f'{each.target}/') for name in each.found]
             entry['points'] = [
                 {'name': name, 'left': _rounded(pixels[:2]), 'right': _rounded(pixels[2:]), 'used': name in used}
                 for name, pixels in zip(each.points.names, each.points.pixels, strict=True)
             ]
         else:
-            entry['text'] = f'{each.reason.value} ({each.detail})'
+            entry |= {'reason': each.reason.value, 'detail': each.detail}
         detections.append(entry)
     if isinstance(answer, NoLandmarkFix):
-        return {'is_fix': False, 'text': f'{answer.reason}: {answer.detail}', 'detections': detections}
+        return {'is_fix': False, 'reason': answer.reason, 'detail': answer.detail, 'detections': detections}
     pose = answer.displacement.T_place_base
     return {
         'is_fix': True,
@@ -106,9 +106,15 @@ def test_result(answer: LandmarkFix | NoLandmarkFix) -> dict[str, Any]:
         'yaw': pose.yaw,
         'height': answer.displacement.height,
         **_sigmas(answer.displacement),
-        'residual': float(np.sqrt(np.mean(answer.displacement.residuals**2))),
         'detections': detections,
     }
+
+
+def test_summary(result: dict[str, Any]) -> dict[str, Any]:
+    """Return what the plan and the recall of the shapes need of the result of a test."""
+    found = {each['target']: each['found'] for each in result['detections']}
+    names = ('is_fix', 'reason', 'x', 'y', 'yaw', 'position_sigma')
+    return {**{name: result[name] for name in names if name in result}, 'found': found}
 
 
 def _found(session: TeachingSession, found: SelectablePrimitive) -> dict[str, Any]:
@@ -118,6 +124,7 @@ def _found(session: TeachingSession, found: SelectablePrimitive) -> dict[str, An
         'outline': _lines(found.shape),
         'depth': found.depth,
         'chosen': session.selected_name(found.shape),
+        'fault': found.fault,
     }
 
 
@@ -165,7 +172,7 @@ def _points(target: TargetSelection, report: TargetReport) -> list[dict[str, Any
 
 def _expected(fix: PlaceFix | NoPlaceFix) -> dict[str, Any]:
     if isinstance(fix, NoPlaceFix):
-        return {'is_fix': False, 'text': f'{fix.reason.value} ({fix.detail})'}
+        return {'is_fix': False, 'reason': fix.reason.value, 'detail': fix.detail}
     return {'is_fix': True, **_sigmas(fix)}
 
 

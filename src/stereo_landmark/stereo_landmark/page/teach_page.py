@@ -96,7 +96,7 @@ def _make_handler(source: StereoPairs, options: argparse.Namespace) -> RequestHa
     if options.drive is not None:
         proposal = propose_from_drive(source, options)
         state = replace(state_from_place(proposal.place), pair=proposal.taught)
-        return RequestHandler(source, PlaceSaver(options.places), state)
+        return RequestHandler(source, PlaceSaver(options.places), state, results=proposal.results)
     if options.place is None:
         return RequestHandler(source, PlaceSaver(options.places), TeachingState(name=options.name))
     folder = _folder(options)

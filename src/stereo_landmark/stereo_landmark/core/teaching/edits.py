@@ -191,6 +191,17 @@ def remove_primitive(state: TeachingState, name: str) -> TeachingState:
     return _with_primitives(state, rest, target.excluded_points)
 
 
+def remove_primitives(state: TeachingState, refused: Sequence[Collection[str]]) -> TeachingState:
+    """Remove primitives from all targets, by their names for each target; without any nothing changes."""
+    targets = tuple(
+        replace(
+            target, primitives={name: shape for name, shape in target.primitives.items() if name not in names}
+        ).excluding(target.excluded_points)
+        for target, names in zip(state.targets, refused, strict=True)
+    )
+    return replace(state, targets=targets) if any(refused) else state
+
+
 def rename_primitive(state: TeachingState, old: str, new: str) -> TeachingState:
     """Rename a primitive of the target.
 

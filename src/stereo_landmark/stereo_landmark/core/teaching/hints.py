@@ -14,9 +14,8 @@ from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.stereo_view import stereo_points
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
-from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
-from stereo_landmark.core.teaching.teacher import Teacher
+from stereo_landmark.core.teaching.teacher import NOT_DETECTED, Teacher
 
 POINT_SIGMA_MAX = 0.1
 """Recommended maximum standard deviation of a point [m]."""
@@ -26,7 +25,6 @@ SIMILAR_MAX = 8
 """Recommended maximum number of shapes similar to the first primitive; more make the search slow."""
 BORDER_FRACTION = 0.06
 """Recommended minimum distance from the image border, as a fraction of the image width."""
-NOT_DETECTED = 'it is not detected with this image processing; remove it, or undo the change'
 
 
 class Severity(Enum):
@@ -84,7 +82,7 @@ def report_target(
         teacher: teacher of the stereo pair.
         settings: settings of the displacement estimate.
     """
-    measured = {name: _measure(name, shape, teacher) for name, shape in shapes.items()}
+    measured = {name: _measure(shape, teacher) for name, shape in shapes.items()}
     pairs = {name: pair for name, pair in measured.items() if not isinstance(pair, str)}
     points = stereo_points((name, *pair) for name, pair in pairs.items())
     coordinates = teacher.coordinates(points)
@@ -93,7 +91,7 @@ def report_target(
     fix = PlaceLocator(view.rig, settings).locate(used, coordinates, view.tilt)
     lefts = {name: left for name, (left, _) in pairs.items()}
     found = [
-        *((Severity.STOP, name, fault) for name, fault in measured.items() if isinstance(fault, str)),
+        *((Severity.WEAK, name, f'{name}: {fault}') for name, fault in measured.items() if isinstance(fault, str)),
         *_check_fix(selection, coordinates, fix),
         *_uncertain_points(selection, coordinates),
         *((Severity.WEAK, name, text) for name, text in find_skewed_shapes(lefts, coordinates)),
@@ -109,15 +107,10 @@ _Remark = tuple[Severity, str, str]
 """Severity, name of the primitive or point, text."""
 
 
-def _measure(name: str, shape: Primitive | None, teacher: Teacher) -> tuple[Primitive, Primitive] | str:
+def _measure(shape: Primitive | None, teacher: Teacher) -> tuple[Primitive, Primitive] | str:
     if shape is None:
         return NOT_DETECTED
-    try:
-        pair = teacher.measure(shape)
-        teacher.coordinates(stereo_points([(name, *pair)]))
-    except StereoLandmarkError as fault:
-        return str(fault)
-    return pair
+    return teacher.fault(shape) or teacher.measure(shape)
 
 
 def _check_fix(selection: TargetSelection, coordinates: SpatialPoints, fix: PlaceFix | NoPlaceFix) -> Iterator[_Remark]:
@@ -125,11 +118,11 @@ def _check_fix(selection: TargetSelection, coordinates: SpatialPoints, fix: Plac
     if isinstance(fix, NoPlaceFix):
         text = f'{fix.reason.value} ({fix.detail}); select more points, farther apart or nearer'
         if not count:
-            text = 'no primitive is selected; draw a region and click on shapes, or remove the target'
+            text = 'no shape is selected; draw a region and click on shapes, or remove the target'
         yield Severity.STOP, '', text
         return
     if count < PRIMITIVES_RECOMMENDED:
-        text = f'too few primitives: {count}, select {PRIMITIVES_RECOMMENDED} or more, since one may be hidden'
+        text = f'too few shapes: {count}, select {PRIMITIVES_RECOMMENDED} or more, since one may be hidden'
         yield Severity.WEAK, '', text
     warnings = check_geometry(coordinates.select(fix.names).positions, fix)
     yield from ((Severity.WEAK, '', text) for text in warnings)
@@ -139,7 +132,7 @@ def _uncertain_points(selection: TargetSelection, points: SpatialPoints) -> Iter
     for name, covariance in zip(points.names, points.covariances, strict=True):
         sigma = math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
         if sigma > POINT_SIGMA_MAX and selection.uses(name):
-            text = f'{name} has a standard deviation of {100.0 * sigma:.0f} cm; exclude the point'
+            text = f'{name} is only known to ± {100.0 * sigma:.0f} cm; exclude the point'
             yield Severity.WEAK, name, text
 
 
@@ -160,7 +153,7 @@ def _similar_shapes(selection: TargetSelection, teacher: Teacher) -> Iterator[_R
         detected = teacher.view.left.kinds[primitive_kind(first)].primitives
         similar = sum(difference(each, first, teacher.processing.tolerances) <= 1.0 for each in detected)
         if similar > SIMILAR_MAX:
-            text = f'{similar} shapes in the image are similar to {name}; put a rarer primitive first'
+            text = f'{similar} shapes in the image are similar to {name}; put a rarer shape first'
             yield Severity.NOTE, name, text
 
 
@@ -220,13 +213,11 @@ def _check_uncertainty(positions: Floats, fix: PlaceFix) -> list[str]:
     if fix.position_sigma > POSITION_SIGMA_MAX:
         far = float(np.linalg.norm(positions, axis=1).mean())
         warnings.append(
-            f'too shallow: at {far:.1f} m the position has a standard deviation of {100 * fix.position_sigma:.1f} cm; '
+            f'too shallow: at {far:.1f} m the position is only known to ± {100 * fix.position_sigma:.1f} cm; '
             'select nearer points, more points, or points at another depth'
         )
     if (yaw := fix.yaw_sigma) > YAW_SIGMA_MAX:
-        warnings.append(
-            f'the yaw has a standard deviation of {math.degrees(yaw):.1f} degrees; select points farther apart'
-        )
+        warnings.append(f'the heading is only known to ± {math.degrees(yaw):.1f}°; select points farther apart')
     return warnings
 
 
@@ -255,7 +246,7 @@ def find_skewed_shapes(shapes: Mapping[str, Primitive], coordinates: SpatialPoin
             one, other = (f'{100.0 * length:.1f}' for length in lengths)
             text = (
                 f'{name}: its opposite sides are {one} and {other} cm long in 3D; a rectangle is probably mismatched: '
-                'select another primitive'
+                'select another shape'
             )
             yield name, text
 

@@ -77,12 +77,12 @@ def check_trials(target: str, trials: Sequence[TrialRun]) -> Iterator[Hint]:
         severity = (Severity.STOP, Severity.WEAK, Severity.NOTE)[min(len(trial.hidden), 2)]
         match trial.outcome:
             case Outcome.AMBIGUOUS:
-                text = f'{without}several poses match about equally well ({trial.detail}); add a distinctive primitive'
+                text = f'{without}it could be confused with another position; add a shape that makes the difference'
             case Outcome.WRONG_POSE:
-                text = f'{without}a wrong pose is found ({trial.detail}); add a distinctive primitive'
+                text = f'{without}a wrong position is found ({trial.detail}); add a shape that makes the difference'
                 severity = Severity.STOP
             case _:
-                text = f'{without}it is not detected ({trial.detail}); add a primitive'
+                text = f'{without}it is not found again; add a shape'
         yield Hint(severity, target, trial.hidden[0] if len(trial.hidden) == 1 else '', text)
 
 

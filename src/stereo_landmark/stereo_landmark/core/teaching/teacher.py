@@ -46,6 +46,8 @@ CONTEXT_LANDMARK_DISTANCE_MIN = 16.0
 CONTEXT_LANDMARK_KINDS = (PrimitiveKind.QUADRILATERAL, PrimitiveKind.ELLIPSE, PrimitiveKind.CORNER)
 """Kinds of context landmarks, the most distinctive first."""
 
+NOT_DETECTED = 'it is not detected with this image processing; remove it, or undo the change'
+
 
 class Teacher:
     """Teaches one place from one stereo pair.
@@ -89,37 +91,63 @@ class Teacher:
         Raises:
             StereoLandmarkError: the right image has no match, or an outline cannot be measured.
         """
-        if chosen not in self._measured:
-            self._measured[chosen] = self._measure_or_fault(chosen)
-        measured = self._measured[chosen]
-        if isinstance(measured, str):
-            raise StereoLandmarkError(measured)
-        return measured
+        if fault := self.fault(chosen):
+            raise StereoLandmarkError(fault)
+        return self._measured[chosen]  # type: ignore[return-value]
 
     def _measure_or_fault(self, chosen: Primitive) -> tuple[Primitive, Primitive] | str:
         match = self._find_match(chosen)
         if match is None:
-            return 'it has no match in the right image; select another primitive'
+            return 'it is not found in the right image; select another shape'
         images = self.view.left.image, self.view.right.image
         measured = refine_pair(*align_pair(chosen, chosen, match), images)
         if measured is None:
-            return 'its outline cannot be measured in both images; select another primitive'
+            return 'its outline is not clear enough in both images; select another shape'
         points = stereo_points([('it', *measured)])
         if not is_in_same_row(points, self._pixel_sigma).all():
             apart = float(np.median(np.abs(points.pixels[:, 3] - points.pixels[:, 1])))
             return (
-                f'its rows in both images differ by {apart:.2f} px, so it is mismatched; select another primitive, or '
-                'recalibrate the cameras as a pair if other primitives are apart too'
+                f'the cameras show it at different heights ({apart:.2f} px), so it is mismatched; select another '
+                'shape, or recalibrate the cameras as a pair if many shapes are'
             )
+        if not is_measurable(points, self.view.rig).all():
+            return 'it is too far away; select a nearer shape'
         return measured
 
     def can_measure(self, chosen: Primitive) -> bool:
         """Return whether a primitive detected in the left image can be measured in both."""
-        try:
-            self.measure(chosen)
-        except StereoLandmarkError:
-            return False
-        return True
+        return not self.fault(chosen)
+
+    def fault(self, chosen: Primitive) -> str:
+        """Return why a primitive detected in the left image cannot be measured, empty if it can; each is tried once."""
+        if chosen not in self._measured:
+            self._measured[chosen] = self._measure_or_fault(chosen)
+        measured = self._measured[chosen]
+        return measured if isinstance(measured, str) else ''
+
+    def drop_refused(self, selections: Iterable[TargetSelection]) -> tuple[list[TargetSelection], list[str]]:
+        """Return the selections without primitives that cannot be measured, and a line for each of these.
+
+        Raises:
+            StereoLandmarkError: nothing is left.
+        """
+        usable, lines = [], []
+        for selection in selections:
+            kept = {}
+            for part, shape in selection.primitives.items():
+                try:
+                    self.measure_named(selection, part)
+                    kept[part] = shape
+                except StereoLandmarkError as fault:
+                    lines.append(f'{fault}; the place is taught without it')
+            points = selection.points and tuple(p for p in selection.points if p.rpartition('/')[0] in kept)
+            if len(kept) == len(selection.primitives):
+                usable.append(selection)
+            elif kept and points != ():
+                usable.append(replace(selection, primitives=kept, points=points))
+        if lines and not usable:
+            raise StereoLandmarkError(f'no primitive can be measured: {"; ".join(lines)}')
+        return usable, lines
 
     def coordinates(self, points: StereoPoints) -> SpatialPoints:
         """Triangulate points into the place's frame.
@@ -177,19 +205,17 @@ class Teacher:
     def measure_named(self, selection: TargetSelection, part: str) -> tuple[Primitive, Primitive]:
         """Return a selected primitive, measured in both images; errors as of `measure`."""
         teacher, shape = self.with_processing(selection.processing), selection.primitives[part]
-        chosen = shape if teacher is self else teacher.find_same(shape)
-        if chosen is None:
-            raise StereoLandmarkError(
-                f'target {selection.name}, primitive {part}: not detected with the image processing of the target'
-            )
+        chosen = teacher.find_same(shape)
         try:
+            if chosen is None:
+                raise StereoLandmarkError(NOT_DETECTED)
             return teacher.measure(chosen)
         except StereoLandmarkError as fault:
             raise StereoLandmarkError(f'target {selection.name}, primitive {part}: {fault}') from fault
 
     def _target(self, selection: TargetSelection, pairs: Sequence[NamedPair]) -> TaughtTarget:
         if not pairs:
-            raise StereoLandmarkError(f'target {selection.name} has no primitive; select one or more')
+            raise StereoLandmarkError(f'target {selection.name} has no shape; select one or more')
         primitives = tuple(
             TaughtPrimitive(part, drop_covariance(left), self._position(left, right))
             for part, (_, left, right) in zip(selection.primitives, pairs, strict=True)

@@ -1,7 +1,7 @@
 """A teaching session: edits with undo and redo, and the results computed from them."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching import edits
 from stereo_landmark.core.teaching.edits import TeachingState
-from stereo_landmark.core.teaching.hints import NOT_DETECTED, TargetReport, report_target
+from stereo_landmark.core.teaching.hints import TargetReport, report_target
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.procedure_check import TrialRun, check_procedure
 from stereo_landmark.core.teaching.teacher import Teacher
@@ -34,12 +34,14 @@ class SelectablePrimitive:
         number: index among the primitives of its kind.
         shape: detected shape.
         depth: depth of its centre [m], None without a match in the right image.
+        fault: why it cannot be measured, empty if it can.
     """
 
     kind: PrimitiveKind
     number: int
     shape: Primitive
     depth: float | None
+    fault: str
 
 
 class TeachingSession:
@@ -132,7 +134,7 @@ class TeachingSession:
         state, view = self.state, self.view
         region = state.target.region
         return [
-            SelectablePrimitive(kind, number, shape, _depth(view, kind, number))
+            SelectablePrimitive(kind, number, shape, _depth(view, kind, number), self._teacher.fault(shape))
             for kind in sorted(state.kinds, key=list(PrimitiveKind).index)
             for number, shape in enumerate(view.left.kinds[kind].primitives)
             if region is None or region.contains(np.vstack(shape.outline()))
@@ -160,6 +162,12 @@ class TeachingSession:
             else (lambda state: edits.remove_primitive(state, name))
         )
 
+    def remove_refused(self) -> None:
+        """Remove all primitives that cannot be measured from all targets, in one edit."""
+        measured = [self.report(target).measured for target in self.state.targets]
+        refused = [[name for name, pair in each.items() if isinstance(pair, str)] for each in measured]
+        self.apply(lambda state: edits.remove_primitives(state, refused))
+
     def report(self, target: TargetSelection) -> TargetReport:
         """Return the results for a target (paper 4c)."""
         teacher = self._teacher
@@ -167,55 +175,58 @@ class TeachingSession:
         return report_target(target, shapes, teacher, self.settings.place)
 
     def place(self) -> TaughtPlace:
-        """Return the taught place.
+        """Return the taught place, without primitives that cannot be measured.
 
         Raises:
-            StereoLandmarkError: a target has no primitives.
+            StereoLandmarkError: a target has no primitives, or none that can be measured.
         """
-        return self._teach_targets(self.state.targets)
+        return self._teach_targets(self._teacher.drop_refused(self.state.targets)[0])
+
+    @property
+    def left_out(self) -> list[str]:
+        """A line for each primitive that cannot be measured: the place is taught without it."""
+        return self._teacher.drop_refused(self.state.targets)[1]
 
     def draft(self) -> TaughtPlace:
         """Return the place without targets that are still empty.
 
         Raises:
-            StereoLandmarkError: all targets are empty, or a selected primitive cannot be measured.
+            StereoLandmarkError: all targets are empty, or none of the primitives can be measured.
         """
-        return self._teach_targets([target for target in self.state.targets if target.primitives])
+        return self._teach_targets(
+            self._teacher.drop_refused(target for target in self.state.targets if target.primitives)[0]
+        )
 
     def _teach_targets(self, targets: Sequence[TargetSelection]) -> TaughtPlace:
-        found = [self._find_again(target) for target in targets]
-        return self._teacher.teach(self.state.name, found, self.state.T_map_place)
-
-    def _find_again(self, target: TargetSelection) -> TargetSelection:
-        """Return a selection with its primitives as detected in the left image."""
-        found: dict[str, Primitive] = {}
-        for name, selected in target.primitives.items():
-            shape = self._teacher.find_same(selected)
-            if shape is None:
-                raise StereoLandmarkError(f'target {target.name}, primitive {name}: {NOT_DETECTED}')
-            found[name] = shape
-        return replace(target, primitives=found)
+        return self._teacher.teach(self.state.name, targets, self.state.T_map_place)
 
     def check(self, number: int) -> list[TrialRun]:
         """Test the procedure tree of a target on the images used for teaching (paper 4d).
 
         Raises:
-            StereoLandmarkError: a target has no primitives.
+            StereoLandmarkError: a target has no primitives, or none that can be measured.
         """
-        place = self.place()
-        measured = self.report(self.state.targets[number]).measured
+        place, selection = self.place(), self.state.targets[number]
+        target = next((each for each in place.targets if each.name == selection.name), None)
+        if target is None:
+            raise StereoLandmarkError(f'target {selection.name}: none of its shapes can be used; select others')
+        measured = self.report(selection).measured
         pairs = {name: pair for name, pair in measured.items() if not isinstance(pair, str)}
-        return list(check_procedure(place, place.targets[number], pairs, self.view, self.settings.search))
+        return list(check_procedure(place, target, pairs, self.view, self.settings.search))
 
-    def locate(self, pair: int) -> LandmarkFix | NoLandmarkFix:
+    def locate(self, pair: int, tilt: tuple[float, float] | None = None) -> LandmarkFix | NoLandmarkFix:
         """Localize the robot in another stereo pair with the current selections.
+
+        Args:
+            pair: number of the pair.
+            tilt: roll and pitch of the robot [rad], None for those of the pair.
 
         Raises:
             StereoLandmarkError: a target has no primitives, or the images have another size.
         """
         images = self._load_images(pair)
         localizer = LandmarkLocalizer([self.place()], self.settings)
-        return localizer.locate(images.left, images.right, images.tilt)
+        return localizer.locate(images.left, images.right, images.tilt if tilt is None else tilt)
 
     @property
     def _teacher(self) -> Teacher:

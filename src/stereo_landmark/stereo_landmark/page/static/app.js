@@ -13,6 +13,10 @@ export const app = {
   edges: {},
   test: null,
   testPair: null,
+  /** Roll and pitch of test images that were set by hand, by pair [rad]. */
+  tilts: {},
+  /** Number of tested images while all are tested, else null. */
+  testing: null,
   pending: null,
   isSaving: false,
   isConnected: false,
@@ -27,7 +31,7 @@ export const onChange = (listener) => listeners.push(listener);
 /** Expose the state to browser tests. */
 export function publish() {
   window.__state = {
-    step: app.step, state: app.state, selected: app.selected, checks: app.state?.checks, test: app.test,
+    step: app.step, state: app.state, selected: app.selected, checks: app.state?.checks, test: app.test, testing: app.testing,
     save_status: app.state?.save_status, isConnected: app.isConnected, edges: Object.fromEntries(
       Object.entries(app.edges).map(([side, edges]) => [side, edges.count])),
   };

@@ -65,4 +65,4 @@ export const formatLength = (metres) => {
   const mm = 1000 * metres;
   return mm < 10 ? `${mm.toFixed(1)} mm` : mm < 1000 ? `${mm.toFixed(0)} mm` : `${metres.toFixed(1)} m`;
 };
-export const formatAngle = (radians, digits = 2) => `${(radians * 180 / Math.PI).toFixed(digits)}°`;
+export const formatAngle = (radians, digits = 2) => `${(radians * 180 / Math.PI).toFixed(digits).replace(/^-(0\.0+)$/, '$1')}°`;

@@ -11,8 +11,8 @@ const STEPS = ['processing', 'targets', 'points', 'tree', 'test'];
 
 const HELP = [
   ['1 … 5', 'Go to a step'], ['Ctrl+Z', 'Undo'], ['Ctrl+Shift+Z, Ctrl+Y', 'Redo'], ['Esc', 'Cancel in this order: input, drag, selection, zoom, region'],
-  ['E  Q  L  C', 'Detectors: ellipses, quadrilaterals, parallel lines, corners'], ['X', 'Next of several overlapping shapes'], ['↑  ↓', 'Select a chosen primitive'], ['Alt+↑  Alt+↓', 'Move it up, down in the order'],
-  ['Delete', 'Remove the selected primitive, or the last one'], ['N', 'Add a target'], ['K', 'Check the procedure tree'], ['T', 'Test on the other pair'],
+  ['E  Q  L  C', 'Detectors: ellipses, quadrilaterals, parallel lines, corners'], ['X', 'Next of several overlapping shapes'], ['↑  ↓', 'Select a chosen shape'], ['Alt+↑  Alt+↓', 'Move it up, down in the order'],
+  ['Delete', 'Remove the selected shape, or the last one'], ['N', 'Add a target'], ['K', 'Check the procedure tree'], ['T', 'Test on another image'],
   ['Ctrl+S', 'Save'], ['+  −  0', 'Zoom in, out, fit'], ['?', 'These keys'],
 ];
 

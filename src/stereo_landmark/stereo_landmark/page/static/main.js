@@ -7,15 +7,16 @@ import { drawEdges, panelProcessing } from './panel_processing.js';
 import { panelPoints } from './panel_points.js';
 import { panelTargets } from './panel_targets.js';
 import { panelTest, save, submitName, test } from './panel_test.js';
+import { testedArea } from './plan_view.js';
 import { check, panelTree } from './panel_tree.js';
-import { updateStage } from './stage.js';
+import { stage, updateStage } from './stage.js';
 
 export const STEPS = {
-  processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider to update the edges. Double click a slider for its default. Wheel zooms, Alt+drag pans.' },
-  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to select them; X cycles through overlapping shapes. Del removes, Alt+↑ ↓ reorders, Esc cancels.' },
+  processing: { title: 'Image processing', panel: panelProcessing, tip: 'Drag a slider to update the edges. Double click a slider for its default. The wheel or two fingers zoom; Alt+drag or two fingers move the picture.' },
+  targets: { title: 'Targets', panel: panelTargets, tip: 'Drag a region, click shapes to select them. Dotted shapes cannot be used. X: next of several overlapping ones. Esc cancels.' },
   points: { title: 'Corresponding points', panel: panelPoints, tip: 'Click a cross to exclude or include the point. Drag in the lower view to rotate it.' },
-  tree: { title: 'Procedure tree', panel: panelTree, tip: 'Branches are tried from the thickest to the thinnest.' },
-  test: { title: 'Test and save', panel: panelTest, tip: 'Green crosses are inliers, amber ones were rejected as outliers.' },
+  tree: { title: 'Procedure tree', panel: panelTree, tip: 'The paths are tried from the first to the last.' },
+  test: { title: 'Test and save', panel: panelTest, tip: 'Green crosses were used for the position; amber ones did not fit and were left out.' },
 };
 
 /** Status of each step for its dot. */
@@ -27,7 +28,7 @@ function stepStatus(step) {
     case 'targets': return targets.every((each) => has(each.primitives)) ? worst(targets.flatMap((each) => each.hints)) : 'open';
     case 'points': return targets.every((each) => each.expected.is_fix) ? 'good' : 'open';
     case 'tree': { const done = Object.values(app.state.checks); return done.length === targets.length ? worst(done.flatMap((each) => each.hints)) : 'open'; }
-    default: return app.test ? (app.test.is_fix ? 'good' : 'stop') : 'open';
+    default: { const { tests, missing } = testedArea(); return !tests.length ? 'open' : !missing ? 'good' : missing < tests.length ? 'weak' : 'stop'; }
   }
 }
 
@@ -36,6 +37,8 @@ const worst = (hints) => (hints.some((h) => h.severity === 'stop') ? 'stop' : hi
 export function goTo(step) {
   app.step = step;
   app.hover = null;
+  byId('reason').textContent = '';
+  document.querySelector('main').scrollTop = 0;
   byId('cursor').textContent = '';
   if (step === 'processing') drawEdges();
   if (step === 'tree' && !app.state.checks[app.state.active]) check();
@@ -57,15 +60,16 @@ function updateHeader() {
   byId('save').title = `Save the place (Ctrl+S)${state.save_status === 'unsaved' ? ': unsaved changes' : ''}`;
   byId('steps').replaceChildren(...Object.entries(STEPS).map(([step, { title }], i) => el('button', {
     role: 'tab', className: `step ${stepStatus(step)}${step === app.step ? ' on' : ''}`, 'aria-selected': String(step === app.step),
-    'data-testid': `step-${step}`, title: `Key ${i + 1}`, onclick: () => goTo(step),
-  }, el('span', { className: 'number' }, String(i + 1)), title, el('span', { className: 'dot' }))));
+    'data-testid': `step-${step}`, title: `Key ${i + 1}`, 'aria-label': `Step ${i + 1}: ${title}`, onclick: () => goTo(step),
+  }, el('span', { className: 'number' }, String(i + 1)), el('span', { className: 'title' }, title), el('span', { className: 'dot' }))));
   byId('tip').textContent = STEPS[app.step].tip;
+  byId('next-shape').hidden = app.step !== 'targets';
 }
 
 function updateHints() {
   const hints = [...app.state.targets.flatMap((each) => each.hints), ...Object.values(app.state.checks).flatMap((each) => each.hints)];
   const isEmpty = app.state.targets.every((each) => !each.primitives.length);
-  const rows = hints.filter(() => !isEmpty).map((hint) => el('div', {
+  const rows = hints.filter(() => !isEmpty).map((hint) => el('button', {
     className: `hint ${hint.severity}`, 'data-testid': 'hint', onclick: () => { app.selected = hint.about.split('/')[0] || null; changed(); },
   }, el('b', {}, app.state.targets.length > 1 ? `${hint.target}: ` : ''), hint.text));
   byId('hints').replaceChildren(...rows);
@@ -102,6 +106,10 @@ byId('undo').addEventListener('click', () => applyHistory('undo'));
 byId('redo').addEventListener('click', () => applyHistory('redo'));
 byId('save').addEventListener('click', () => save());
 byId('help').addEventListener('click', showKeys);
+byId('zoom-in').addEventListener('click', () => stage.zoom(1.4));
+byId('zoom-out').addEventListener('click', () => stage.zoom(1 / 1.4));
+byId('zoom-fit').addEventListener('click', () => stage.fit());
+byId('next-shape').addEventListener('click', () => stage.nextShape());
 window.addEventListener('beforeunload', (event) => { if (app.state?.save_status === 'unsaved') event.preventDefault(); });
 
 export async function applyHistory(which) {

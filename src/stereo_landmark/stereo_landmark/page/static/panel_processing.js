@@ -7,7 +7,13 @@ import { stage } from './stage.js';
 
 const TITLES = {
   'edges.filter_sigma': 'Smoothing', 'edges.threshold': 'Threshold', 'edges.continuation': 'Continuation',
-  'edges.length_min': 'Shortest segment', 'edges.bend_tolerance': 'Bend tolerance',
+  'edges.length_min': 'Shortest line', 'edges.bend_tolerance': 'Bend tolerance',
+};
+/** What a slider does, where the description of the setting is for experts. */
+const EFFECTS = {
+  'edges.filter_sigma': 'more removes noise, but also small shapes', 'edges.threshold': 'higher keeps only clear edges, lower also faint ones',
+  'edges.continuation': 'lower follows an edge further where it gets faint', 'edges.length_min': 'shorter lines are dropped',
+  'edges.bend_tolerance': 'higher keeps slightly bent edges in one piece',
 };
 const STEPS = 400;
 const GROUPS = [['edges', 'Edges', true], ['primitives', 'Shapes', false], ['tolerances', 'Tolerances when searching', false]];
@@ -63,7 +69,7 @@ function slider(setting) {
     ondblclick: () => { gestures += 1; bar.value = toSlider(setting, setting.default); set(setting.default, { gesture: `${setting.name} ${gestures}` }).then(runDetectors); },
   });
   return el('label', { className: `slider${value === setting.default ? '' : ' moved'}` },
-    el('span', {}, title), number, bar, el('small', {}, setting.description));
+    el('span', {}, title), number, bar, el('small', {}, EFFECTS[setting.name] ?? setting.description));
 }
 
 const show = (value, setting) => `${Number(value.toPrecision(3))}${setting.unit ? ` ${setting.unit}` : ''}`;
@@ -76,7 +82,7 @@ async function runDetectors() {
 
 function showCounts() {
   const box = byId('edge-counts');
-  if (box && app.edges.left) box.textContent = `${app.edges.left.count} segments left, ${app.edges.right?.count ?? '–'} right`;
+  if (box && app.edges.left) box.textContent = `${app.edges.left.count} lines left, ${app.edges.right?.count ?? '–'} right`;
 }
 
 export function panelProcessing() {
@@ -94,8 +100,8 @@ export function panelProcessing() {
   });
   return [
     el('h2', {}, 'Image processing'),
-    el('p', {}, 'Drag until the outlines of your objects are closed lines with little noise around them. Each segment has its own colour.'),
-    el('p', { id: 'edge-counts', className: 'counts', 'data-testid': 'edge-counts' }, app.edges.left ? `${app.edges.left.count} segments left, ${app.edges.right?.count ?? '–'} right` : ''),
+    el('p', {}, 'Drag until the outlines of your objects are closed lines with little noise around them. Each line has its own colour.'),
+    el('p', { id: 'edge-counts', className: 'counts', 'data-testid': 'edge-counts' }, app.edges.left ? `${app.edges.left.count} lines left, ${app.edges.right?.count ?? '–'} right` : ''),
     ...groups,
     el('label', { className: 'slider' }, el('span', {}, 'Image behind the edges'), el('output', {}, ''), brightness),
   ];

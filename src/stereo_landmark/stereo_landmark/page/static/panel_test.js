@@ -2,17 +2,42 @@
 
 import { app, request, changed, edit } from './app.js';
 import { byId, formatAngle, el, formatLength, toast } from './dom.js';
+import { missingNames, plain } from './words.js';
 
 let isTesting = false;
+/** Whether image or tilt changed during a test. */
+let isOutdated = false;
+const shownPair = () => app.testPair ?? app.state.pair;
+const degrees = (radians) => Number((radians * 180 / Math.PI).toFixed(2));
+
+const ask = (pair) => request('test', { pair, tilt: app.tilts[pair] });
 
 export async function test() {
-  if (isTesting) return;
+  if (isTesting) { isOutdated = true; return; }
   isTesting = true;
   changed();
-  const pair = app.testPair ?? app.state.pair;
-  const answer = await request('test', { pair });
+  let answer = null;
+  do {
+    isOutdated = false;
+    answer = await ask(shownPair());
+  } while (isOutdated);
   isTesting = false;
-  app.test = answer.error ? { is_fix: false, text: answer.error, detections: [] } : answer.answer;
+  app.test = answer.error ? { is_fix: false, reason: answer.error, detail: '', detections: [], pair: shownPair() } : answer.answer;
+  changed();
+}
+
+/** Test all images one after the other, until the selection changes or the engineer stops. */
+async function testAll() {
+  const { selection, pairs } = app.state;
+  app.testing = 0;
+  changed();
+  while (app.testing !== null && app.testing < pairs.length && app.state.selection === selection) {
+    const answer = await ask(app.testing);
+    if (answer.error) break;
+    if (app.testing === shownPair()) app.test = answer.answer;
+    if (app.testing !== null) app.testing += 1;
+  }
+  app.testing = null;
   changed();
 }
 
@@ -45,7 +70,7 @@ export async function save(replace = false) {
   app.isSaving = false;
   changed();
   if (answer.exists) askToReplace(answer.error);
-  else if (answer.saved) toast(`Saved: ${answer.saved}`);
+  else if (answer.saved) toast([`Saved: ${answer.saved}`, ...answer.left_out].join('\n'));
 }
 
 function askToReplace(text) {
@@ -56,18 +81,64 @@ function askToReplace(text) {
   dialog.showModal();
 }
 
+/** What was found of each target; shapes that were not found are named. */
+function detectionRow(target) {
+  const detection = app.test.detections.find((each) => each.target === target.name);
+  const [missing] = missingNames([target], { [target.name]: detection?.found ?? [] });
+  const usable = target.primitives.filter((each) => !each.fault).length;
+  const state = !missing ? 'found' : detection?.found.length ? 'ambiguous' : 'not_found';
+  return el('li', { className: `trial ${state}`, 'data-testid': 'detection' }, el('span', { className: 'mark' }),
+    el('span', { className: 'name' }, missing ? `Not found: ${missing}` : target.name, detection?.reason && el('small', { title: detection.detail }, plain(detection.reason))),
+    el('b', {}, `${detection?.found.length ?? 0} of ${usable} shapes`));
+}
+
 function result() {
   const found = app.test;
   if (!found) return null;
-  const rows = found.detections.map((each) => el('li', { className: `trial ${each.points.length ? 'found' : 'not_found'}` }, el('span', { className: 'mark' }),
-    el('span', { className: 'name' }, each.target), el('b', {}, each.text ?? `${each.found.length} primitives, log-likelihood ratio ${each.log_likelihood_ratio.toFixed(0)}`)));
+  const side = (value) => `${value >= 0 ? '+' : '−'}${formatLength(Math.abs(value))}`;
   const card = found.is_fix
     ? el('div', { className: 'pose' },
-      ...[['ahead', `${found.x >= 0 ? '+' : '−'}${formatLength(Math.abs(found.x))}`], ['left', `${found.y >= 0 ? '+' : '−'}${formatLength(Math.abs(found.y))}`],
-        ['yaw', formatAngle(found.yaw)], ['standard deviation', `± ${formatLength(found.position_sigma)}, ± ${formatAngle(found.yaw_sigma)}`], ['residual', `${found.residual.toFixed(2)} px`]]
+      ...[['ahead', side(found.x)], ['left', side(found.y)], ['turned', formatAngle(found.yaw)],
+        ['uncertainty', `± ${formatLength(found.position_sigma)}, ± ${formatAngle(found.yaw_sigma)}`]]
         .map(([name, value]) => el('div', {}, el('span', {}, name), el('b', {}, value))))
-    : el('p', { className: 'expected stop' }, el('b', {}, 'No pose'), el('span', {}, found.text));
-  return el('div', { 'data-testid': 'test-result' }, card, el('ul', { className: 'trials' }, ...rows));
+    : el('div', { className: 'expected stop' }, el('b', {}, 'No position'), el('span', {}, plain(found.reason)),
+      found.detail && el('details', {}, el('summary', {}, 'For the expert'), el('small', {}, found.detail)));
+  return el('div', { 'data-testid': 'test-result' }, card, found.detections.length > 0 && el('ul', { className: 'trials' }, ...app.state.targets.map(detectionRow)));
+}
+
+/** Roll and pitch of the test image; what was measured, unless it is set here. */
+function tilt() {
+  const pair = shownPair();
+  const now = app.tilts[pair] ?? (app.test?.pair === pair ? app.test.tilt : null);
+  const set = () => {
+    const values = ['roll', 'pitch'].map((name) => Number(byId(`tilt-${name}`).value) * Math.PI / 180);
+    app.tilts[pair] = values;
+    test();
+  };
+  const field = (name, title, value) => el('label', {}, title,
+    el('input', { id: `tilt-${name}`, 'data-testid': `tilt-${name}`, type: 'number', step: 0.1, min: -45, max: 45, value: value === undefined ? '' : degrees(value), onchange: set }));
+  return el('div', { className: 'map-pose tilt' }, field('roll', 'tilt sideways [°]', now?.[0]), field('pitch', 'tilt forward [°]', now?.[1]),
+    el('button', { 'data-testid': 'tilt-measured', disabled: !app.tilts[pair], title: 'Use the tilt that was recorded with the image', onclick: () => { delete app.tilts[pair]; test(); } }, 'As recorded'));
+}
+
+function testedImages() {
+  const entries = Object.entries(app.state.tests);
+  if (entries.length < 2) return null;
+  return el('details', { className: 'shapes', open: app['open-tests'] ?? false, ontoggle: (event) => { app['open-tests'] = event.target.open; } },
+    el('summary', {}, el('span', {}, `${entries.filter(([, each]) => each.is_fix).length} of ${entries.length} tested images give a position`)),
+    el('ul', {}, ...entries.map(([pair, each]) => {
+      const missing = missingNames(app.state.targets, each.found);
+      const words = each.is_fix ? `± ${formatLength(each.position_sigma)}` : plain(each.reason);
+      return el('li', {}, el('button', { className: `shape${each.is_fix ? '' : ' refused'}`, 'aria-pressed': String(Number(pair) === shownPair()), onclick: () => show(Number(pair)) },
+        el('span', { className: 'name' }, app.state.pairs[pair]), el('small', {}, missing.length && each.is_fix ? `${words}; not found: ${missing.join(', ')}` : words)));
+    })));
+}
+
+function show(pair) {
+  app.testPair = pair;
+  app.test = null;
+  changed();
+  test();
 }
 
 function mapPose() {
@@ -80,20 +151,25 @@ function mapPose() {
   const field = (name, title, value) => el('label', {}, title,
     el('input', { id: `pose-${name}`, 'data-testid': `pose-${name}`, type: 'number', step: 'any', value: value ?? '', onchange: set }));
   return el('div', { className: 'map-pose' }, field('x', 'x [m]', pose?.x), field('y', 'y [m]', pose?.y),
-    field('yaw', 'yaw [°]', pose && Number((pose.yaw * 180 / Math.PI).toFixed(6))));
+    field('yaw', 'heading [°]', pose && Number((pose.yaw * 180 / Math.PI).toFixed(6))));
 }
 
 export function panelTest() {
-  const pairs = app.state.pairs.map((label, i) => el('option', { value: i, selected: i === (app.testPair ?? app.state.pair) }, `${i + 1}: ${label}`));
+  const { pairs } = app.state;
+  const isRunning = app.testing !== null;
+  const options = pairs.map((label, i) => el('option', { value: i, selected: i === shownPair() }, `${i + 1}: ${label}`));
   return [
-    el('h2', {}, 'Test on another pair'),
-    el('p', {}, 'Use images from near the taught pose, with other light or occlusions, to test localization.'),
+    el('h2', {}, 'Test on other images'),
+    el('p', {}, 'Use images from around the taught position, with other light, or with shapes hidden.'),
     el('div', { className: 'row' },
-      el('select', { 'data-testid': 'test-pair', onchange: (event) => { app.testPair = Number(event.target.value); app.test = null; changed(); test(); } }, ...pairs),
-      el('button', { className: 'primary', 'data-testid': 'test', disabled: isTesting, title: 'Key T', onclick: test }, isTesting ? 'Testing …' : 'Test')),
-    result(),
-    el('h2', {}, 'Pose in the map'),
-    el('p', {}, 'Pose of the robot at teaching time. Without it only the displacement is published.'),
+      el('select', { 'data-testid': 'test-pair', 'aria-label': 'Test image', onchange: (event) => show(Number(event.target.value)) }, ...options),
+      el('button', { className: 'primary', 'data-testid': 'test', disabled: isTesting || isRunning, title: 'Key T', onclick: test }, isTesting ? 'Testing …' : 'Test')),
+    tilt(),
+    pairs.length > 1 && el('button', { className: 'wide', 'data-testid': 'test-all', onclick: () => { if (isRunning) app.testing = null; else testAll(); } },
+      isRunning ? `Tested ${app.testing} of ${pairs.length} · Stop` : `Test all ${pairs.length} images`),
+    result(), testedImages(),
+    el('h2', {}, 'Position on the map'),
+    el('p', {}, 'Where the robot stood when teaching. Without it the robot only knows where it is relative to this place.'),
     mapPose(),
     el('button', { className: 'wide primary', onclick: () => save() }, app.state.save_status === 'saved' ? 'Save again' : 'Save the place'),
   ];

@@ -4,7 +4,7 @@ import { activeTarget, app, request, changed } from './app.js';
 import { el } from './dom.js';
 import { targetTabs } from './panel_targets.js';
 
-const OUTCOME_LABELS = { found: 'found', ambiguous: 'ambiguous', not_found: 'not found', wrong_pose: 'wrong pose' };
+const OUTCOME_LABELS = { found: 'found', ambiguous: 'could be confused', not_found: 'not found', wrong_pose: 'wrong position' };
 let isChecking = false;
 
 export async function check() {
@@ -28,11 +28,11 @@ export function panelTree() {
   const good = result?.trials.filter((trial) => trial.outcome === 'found').length;
   return [
     el('h2', {}, 'Procedure tree'), targetTabs(),
-    el('p', {}, 'The localizer searches the first primitive in the whole image, then the others in windows around it. If a path fails, it tries the next one.'),
+    el('p', {}, 'The robot searches the first shape in the whole image, then the others near where they should be. If a path fails, it tries the next one.'),
     el('button', { className: 'wide primary', 'data-testid': 'check', disabled: isChecking || !activeTarget().primitives.length, onclick: check },
       isChecking ? 'Checking …' : 'Check the tree'),
     result && el('p', { className: `expected ${good === result.trials.length ? 'good' : 'weak'}`, 'data-testid': 'check-result' },
-      el('b', {}, `${good} of ${result.trials.length} found`), el('span', {}, 'on the taught images, with primitives hidden')),
+      el('b', {}, `${good} of ${result.trials.length} found`), el('span', {}, 'on the taught images, with shapes hidden')),
     result && el('ul', { className: 'trials' }, ...result.trials.map(trialRow)),
   ];
 }

@@ -57,27 +57,46 @@ export class PictureView {
       moveViewport((before[0] - after[0]) / this.width, (before[1] - after[1]) / this.height);
       this.onViewportChange();
     }, { passive: false });
+    const fingers = new Map();
     canvas.addEventListener('pointerdown', (event) => {
       canvas.focus({ preventScroll: true });
       canvas.setPointerCapture(event.pointerId);
+      if (event.pointerType === 'touch') fingers.set(event.pointerId, [event.clientX, event.clientY]);
+      if (fingers.size > 1) { this.pointer.cancel?.(); return; }
       if (event.button === 1 || event.button === 2 || event.altKey) {
         this.pan = [event.clientX, event.clientY];
         event.preventDefault();
       } else if (event.button === 0) this.pointer.down?.(this.placeOf(event), event);
     });
     canvas.addEventListener('pointermove', (event) => {
+      if (fingers.size > 1) { this.pinch(fingers, event); return; }
       if (!this.pan) { this.pointer.move?.(this.placeOf(event), event, this); return; }
       const { scale } = this.placing;
       moveViewport(-(event.clientX - this.pan[0]) / scale / this.width, -(event.clientY - this.pan[1]) / scale / this.height);
       this.pan = [event.clientX, event.clientY];
       this.onViewportChange();
     });
+    const lift = (event) => fingers.delete(event.pointerId) && fingers.size > 0;
+    canvas.addEventListener('pointercancel', lift);
     canvas.addEventListener('pointerup', (event) => {
+      if (lift(event)) return;
       if (this.pan) { this.pan = null; return; }
       this.pointer.up?.(this.placeOf(event), event);
     });
     canvas.addEventListener('pointerleave', () => this.pointer.leave?.());
     canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+  }
+
+  /** Two fingers move and zoom the pictures. */
+  pinch(fingers, event) {
+    const spread = () => { const [a, b] = [...fingers.values()]; return { middle: [(a[0] + b[0]) / 2, (a[1] + b[1]) / 2], length: Math.hypot(a[0] - b[0], a[1] - b[1]) }; };
+    const before = spread();
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    const after = spread();
+    const { scale } = this.placing;
+    zoomViewport(after.length / Math.max(before.length, 1));
+    moveViewport(-(after.middle[0] - before.middle[0]) / scale / this.width, -(after.middle[1] - before.middle[1]) / scale / this.height);
+    this.onViewportChange();
   }
 
   draw() {
@@ -130,7 +149,9 @@ export function zoomViewport(factor) {
 /** Draws in pixels of the image; line widths are those of the screen. The centre of the first pixel is (0, 0). */
 class Pen {
   constructor(context, scale, x, y) {
-    Object.assign(this, { context, scale, x, y });
+    // Marks are smaller on small pictures.
+    const mark = Math.min(1, Math.max(0.5, context.canvas.clientWidth / 420));
+    Object.assign(this, { context, scale, x, y, mark });
   }
 
   at([u, v]) {
@@ -170,7 +191,8 @@ class Pen {
   cross(place, colour, size = 6, width = 2) {
     const [x, y] = this.at(place);
     const { context } = this;
-    for (const [style, w] of [['rgba(4, 12, 18, 0.8)', width + 2.5], [colour, width]]) {
+    size *= this.mark;
+    for (const [style, w] of [['rgba(4, 12, 18, 0.8)', this.mark * (width + 2.5)], [colour, this.mark * width]]) {
       context.beginPath();
       context.moveTo(x - size, y); context.lineTo(x + size, y);
       context.moveTo(x, y - size); context.lineTo(x, y + size);

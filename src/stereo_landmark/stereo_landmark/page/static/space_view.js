@@ -53,8 +53,8 @@ export class SpaceView {
     for (const point of points) this.drawRay(context, point);
     for (const point of points) this.drawPoint(context, point, factor);
     this.note.textContent = points.length
-      ? `3D view · uncertainty (3 σ) ${factor === 1 ? 'at true scale' : `enlarged ${factor} ×`} · drag to rotate`
-      : '3D view: select primitives first';
+      ? `3D view · ellipses show the uncertainty${factor === 1 ? '' : `, ${factor} × enlarged`} · drag to rotate`
+      : '3D view: select shapes first';
   }
 
   /** Orthographic axes: right and up on the screen, then towards the viewer. */

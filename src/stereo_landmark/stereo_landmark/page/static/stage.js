@@ -1,12 +1,14 @@
 // The pictures of the current step, and the view below them.
 
 import { activeTarget, app, changed, edit } from './app.js';
-import { COLOURS, KIND_NAMES, byId } from './dom.js';
-import { centreOf, shapesAt } from './geometry.js';
+import { COLOURS, KIND_NAMES, byId, el, toast } from './dom.js';
+import { centreOf, distanceToLine, shapesAt } from './geometry.js';
 import { PictureView, viewport, resetViewport, zoomViewport } from './picture_view.js';
+import { areaWords, planView } from './plan_view.js';
 import { SpaceView } from './space_view.js';
 import { treeView } from './tree_view.js';
 
+const isNarrow = matchMedia('(max-width: 900px)');
 const HIT_RADIUS = 9;
 /** Maximum movement of a click; longer drags draw a region [px of the screen]. */
 const CLICK_DISTANCE = 10;
@@ -25,6 +27,8 @@ export const stage = {
   redraw: () => redraw(),
   hover: (name) => hover(name),
   nextShape: () => nextShape(),
+  keyOf: (found) => keyOf(found),
+  choose: (found) => choose(found),
 };
 window.__stage = stage;
 
@@ -33,9 +37,9 @@ const LAYOUTS = {
   targets: { pictures: ['left'] },
   points: { pictures: ['left', 'right'], below: true, isRow: true },
   tree: { pictures: ['left'], below: true },
-  test: { pictures: ['taught', 'tested'] },
+  test: { pictures: ['taught', 'tested'], below: true, isRow: true },
 };
-const TITLES = { left: 'Left camera', right: 'Right camera', taught: 'Taught', tested: 'Test pair' };
+const TITLES = { left: 'Left camera', right: 'Right camera', taught: 'Taught', tested: 'Test image' };
 
 /** Create the pictures of a step, if they do not exist. */
 function build() {
@@ -66,8 +70,9 @@ function layOut() {
   const { clientWidth: w, clientHeight: h } = box;
   const count = Object.keys(views).length;
   const inRow = Math.min(w / count / width, h / height), inColumn = Math.min(w / width, h / count / height);
-  const isRow = LAYOUTS[app.step].isRow || inRow >= inColumn;
+  const isRow = LAYOUTS[app.step].isRow || isNarrow.matches || inRow >= inColumn;
   box.style.flexDirection = isRow ? 'row' : 'column';
+  box.style.setProperty('--ratio', `${width} / ${height}`);
 }
 new ResizeObserver(() => { if (app.configuration && shownStep) { layOut(); redraw(); } }).observe(byId('pictures'));
 
@@ -79,11 +84,22 @@ export function updateStage() {
     view.show(`/image/${number}/${which === 'right' ? 'right' : 'left'}.png`);
     view.dim = app.step === 'processing' ? app.brightness ?? 0.35 : 1;
   }
-  if (app.step === 'tree') byId('below').replaceChildren(treeView());
+  showBelow();
   const hovered = app.step === 'targets' && app.state.found.find((each) => keyOf(each) === app.hover);
   if (hovered) byId('cursor').textContent = describe(hovered);
   redraw();
 }
+
+/** The tree or the plan, as wide as the view below the pictures. */
+function showBelow() {
+  if (app.step === 'tree') byId('below').replaceChildren(treeView(byId('below').clientWidth));
+  if (app.step !== 'test') return;
+  const words = el('p', { 'data-testid': 'area' }, areaWords());
+  const box = el('div', { className: 'plan-box' });
+  byId('below').replaceChildren(el('section', { className: 'plan-view', 'aria-label': 'Plan' }, words, box));
+  if (box.clientWidth && box.clientHeight) box.append(planView(box.clientWidth, box.clientHeight));
+}
+new ResizeObserver(() => { if (app.state && shownStep) showBelow(); }).observe(byId('below'));
 
 function redraw() {
   Object.values(views).forEach((view) => view.draw());
@@ -119,6 +135,7 @@ function pointerOf(which) {
       else edit('set_region', { region: rectangle(from, place) });
       redraw();
     },
+    cancel: () => stage.cancelDrag(),
     leave: () => hover(null),
   };
 }
@@ -137,10 +154,16 @@ let cycle = { among: '', count: 0 };
 let last = null;
 
 function shapeUnder(place) {
-  const shapes = shapesAt(app.state.found, (each) => each.outline, place, hitRadius());
+  const shapes = preferUsable(shapesAt(app.state.found, (each) => each.outline, place, hitRadius()), place);
   const among = shapes.map(keyOf).join();
   if (among !== cycle.among) cycle = { among, count: 0 };
   return shapes[cycle.count % shapes.length] ?? null;
+}
+
+/** Of shapes whose outlines are at the pointer, those that can be used come first. */
+function preferUsable(shapes, place) {
+  const isFirst = (each) => !each.fault && Math.min(...each.outline.map((line) => distanceToLine(place, line))) <= hitRadius();
+  return [...shapes.filter(isFirst), ...shapes.filter((each) => !isFirst(each))];
 }
 
 function nextShape() {
@@ -155,7 +178,7 @@ function hoverAt(place, which, view) {
     last = { place, which, view };
     const found = shapeUnder(place);
     under = found && keyOf(found);
-    view.canvas.style.cursor = found ? 'pointer' : 'crosshair';
+    view.canvas.style.cursor = !found ? 'crosshair' : isRefused(found) ? 'not-allowed' : 'pointer';
     if (found) byId('cursor').textContent = describe(found);
   } else if (app.step === 'points') {
     under = pointAt(place, which)?.name ?? null;
@@ -168,18 +191,28 @@ function hoverAt(place, which, view) {
 function hover(name) {
   if (name === app.hover) return;
   app.hover = name;
+  const shape = app.step === 'targets' && app.state.found.find((each) => keyOf(each) === name);
+  byId('reason').textContent = shape && isRefused(shape) ? describe(shape) : '';
   document.querySelectorAll('[data-hover]').forEach((row) => row.classList.toggle('hovered', row.dataset.hover === name));
   redraw();
 }
 
+const isRefused = (found) => Boolean(found.fault) && !found.chosen;
+
 function describe(found) {
-  const depth = found.depth === null ? 'no match in the right image' : `${found.depth.toFixed(2)} m distance`;
-  return `${KIND_NAMES[found.kind]}, ${depth}${found.chosen ? ` · selected as ${found.chosen}` : ''}`;
+  if (found.fault) return `${KIND_NAMES[found.kind]} cannot be used: ${found.fault}`;
+  return `${KIND_NAMES[found.kind]}, ${found.depth.toFixed(2)} m away${found.chosen ? ` · selected as ${found.chosen}` : ''}`;
 }
 
 async function chooseAt(place) {
   const found = shapeUnder(place);
-  if (!found) { app.selected = null; changed(); return; }
+  if (found) await choose(found);
+  else { app.selected = null; changed(); }
+}
+
+/** Select a shape, or remove it; for one that cannot be used, say why. */
+async function choose(found) {
+  if (isRefused(found)) { toast(describe(found), true); return; }
   const answer = await edit('toggle', { kind: found.kind, number: found.number });
   if (answer.error) return;
   app.selected = app.state.found.find((each) => keyOf(each) === keyOf(found))?.chosen ?? null;
@@ -220,12 +253,13 @@ const painters = {
     if (drag) return;
     for (const found of app.state.found) {
       if (found.chosen) continue;
-      const colour = found.depth === null ? '#9fb1bb' : COLOURS[found.kind];
-      if (keyOf(found) !== app.hover) pen.lines(found.outline, `${colour}${found.depth === null ? '55' : 'b0'}`, 1.2, { dash: found.depth === null ? [3, 4] : [] });
+      if (keyOf(found) === app.hover) continue;
+      if (found.fault) pen.lines(found.outline, '#9fb1bb66', 1, { dash: [2, 4] });
+      else pen.lines(found.outline, `${COLOURS[found.kind]}d0`, 1.6);
     }
     paintChosen(pen, 'left');
     const hovered = app.state.found.find((each) => keyOf(each) === app.hover);
-    if (hovered) pen.lines(hovered.outline, '#ffffff', 3, { glow: true });
+    if (hovered) pen.lines(hovered.outline, isRefused(hovered) ? '#ff6b6b' : '#ffffff', isRefused(hovered) ? 2 : 3, { glow: true, dash: isRefused(hovered) ? [4, 4] : [] });
   },
   points: (pen, which) => {
     paintChosen(pen, which, { withBadges: false, faint: true });

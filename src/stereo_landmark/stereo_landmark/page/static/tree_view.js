@@ -6,16 +6,18 @@ import { COLOURS, el, svg } from './dom.js';
 const ROWS_MAX = 7;
 const [LEFT, TOP, COLUMN, ROW, NODE_W, NODE_H] = [118, 34, 164, 54, 136, 32];
 const MARKS = {
-  found: ['✓ found', '#7ae582'], ambiguous: ['? ambiguous', '#ffb703'], not_found: ['✗ not found', '#ff6b6b'],
-  wrong_pose: ['✗ wrong pose', '#ff6b6b'],
+  found: ['✓ found', 'var(--good)'], ambiguous: ['? could be confused', 'var(--weak)'], not_found: ['✗ not found', 'var(--stop)'],
+  wrong_pose: ['✗ wrong position', 'var(--stop)'],
 };
 
-export function treeView() {
+/** The tree, or its paths as a list where it is wider than `widthMax` [px]. */
+export function treeView(widthMax) {
   const primitives = activeTarget().primitives;
-  if (!primitives.length) return el('div', { className: 'empty' }, 'The tree shows the primitives that you select in step 2.');
+  if (!primitives.length) return el('div', { className: 'empty' }, 'The tree shows the shapes that you select in step 2.');
   const rows = Math.min(primitives.length, ROWS_MAX);
   const trials = app.state.checks[app.state.active]?.trials;
   const width = LEFT + primitives.length * COLUMN + 130, height = TOP + rows * ROW + (primitives.length > rows ? 26 : 6);
+  if (width + 20 > widthMax) return pathList(primitives, rows, trials);
   const drawing = svg('svg', { viewBox: `0 0 ${width} ${height}`, width, height, 'data-testid': 'tree' });
   const rootY = TOP + (rows * ROW) / 2 - ROW / 2 + NODE_H / 2;
   drawing.append(
@@ -53,12 +55,24 @@ function node(primitive, number, x, y) {
   return group;
 }
 
-/** Outcome of a path, which is used when all primitives before it are hidden. */
-function mark(trials, primitives, row, x, y) {
-  if (!trials) return [];
+function pathList(primitives, rows, trials) {
+  return el('ol', { className: 'paths', 'data-testid': 'tree' }, ...primitives.slice(0, rows).map((first, row) => {
+    const [words, colour] = trials ? outcome(trials, primitives, row) : ['', ''];
+    return el('li', {}, ...[first, ...primitives.filter((each) => each !== first)].map((each) => el('span', { className: 'node', style: { borderColor: COLOURS[each.kind] } }, each.name)),
+      el('b', { style: { color: colour } }, words));
+  }), primitives.length > rows && el('li', { className: 'more' }, `… and ${primitives.length - rows} more paths`));
+}
+
+/** Words and colour for the outcome of a path, which is used when all shapes before it are hidden. */
+function outcome(trials, primitives, row) {
   const hidden = primitives.slice(0, row).map((primitive) => primitive.name).join('\n');
   const trial = trials.find((each) => each.hidden.join('\n') === hidden);
-  const [words, colour] = trial ? MARKS[trial.outcome] : ['too few primitives', '#6d8797'];
+  return trial ? MARKS[trial.outcome] : ['too few shapes', 'var(--soft)'];
+}
+
+function mark(trials, primitives, row, x, y) {
+  if (!trials) return [];
+  const [words, colour] = outcome(trials, primitives, row);
   const label = text(words, x, y + 4, 'mark');
   label.style.fill = colour;
   return [label];
