@@ -98,6 +98,13 @@ def test_it_stops_before_a_wall_and_leaves_it_again():
     assert drive.pose.x < x - 0.2
 
 
+@pytest.mark.parametrize(('footprint', 'turns'), [((), True), ((0.2, 0.2, -0.4, 0.2, -0.4, -0.2, 0.2, -0.2), False)])
+def test_a_round_robot_may_turn_away_from_somebody_who_is_near(footprint, turns):
+    drive = Drive(footprint=footprint)
+    decision = drive.run(2.0, Walker('person', SE2(0.8, 0.0, math.pi), 0.3), command=(0.0, 0.6))
+    assert (decision.turn_rate == 0.6) is turns
+
+
 def test_the_first_measurement_of_an_obstacle_stops_the_robot():
     drive = Drive()
     drive.run(1.5)

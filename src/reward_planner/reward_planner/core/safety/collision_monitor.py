@@ -171,6 +171,10 @@ class CollisionMonitor:
         # 5. The way to a stop of each part of the command: latency, one period, then braking.
         paths = stopping_paths(motion, command, FRACTIONS, 1.0 / self._settings.rate, self._base)
         self.path = paths[0]
+        # A round robot that turns in place sweeps nothing: whoever is near, it may turn away.
+        forward = abs(command[0]), abs(motion.forward), abs(motion.given_forward)
+        if not self._settings.footprint and max(forward) < _STOPPED_SPEED:
+            return Decision(0.0, command[1], Action.DRIVE, _REASONS[Action.DRIVE], fraction=1.0)
         best = (1.0, Action.DRIVE, '')
         for source in self.sources.values():
             found = source.obstacles(now, T_odom_base)
