@@ -67,10 +67,10 @@ class MeterView(NamedTuple):
     pair: Pair
 
 
-def lessons(*, even: bool, bare: bool, seed: int, case: str = 'round') -> Iterator[Lesson]:
+def lessons(*, even: bool, bare: bool, seed: int, case: str = 'round', posters: bool = False) -> Iterator[Lesson]:
     """Yield corridors without end, taught from three metres: the paper's four left meters, but for round ones."""
     for number in count(seed):
-        design = CorridorDesign(seed=number, even=even, bare=bare, case=case)
+        design = CorridorDesign(seed=number, even=even, bare=bare, case=case, posters=posters)
         pair = render_pair(corridor(design), RIG, T_MAP_LESSON, np.random.default_rng((number, 0)))
         first = number % (METERS - TAUGHT + 1) if case == 'round' else 0
         yield Lesson(design, tuple(range(first, first + TAUGHT)), pair)
@@ -162,6 +162,6 @@ def landmarks_in_view(scene: CorridorScene, T_map_base: SE2) -> int:
     for landmark in scene.landmarks:
         points = np.array(list(landmark.points_map().values()))
         on_wall = bool(np.all(points[:, 0] > -END_WALL))
-        if on_wall and not landmark.name.startswith('meter'):
+        if on_wall and not landmark.name.startswith(('meter', 'repeated')):
             total += all(bool(seen_by_both(points, pose, BORDER).all()) for pose in (T_MAP_LESSON, T_map_base))
     return total

@@ -171,11 +171,11 @@ def size_on_disk(place: TaughtPlace, pair: Pair) -> tuple[int, int]:
 
 
 def taught_views(
-    run: Run, wanted: int, case: str, *, even: bool, bare: bool
+    run: Run, wanted: int, case: str, *, even: bool, bare: bool, posters: bool
 ) -> Iterator[tuple[Lesson, Methods, MeterView]]:
     """Yield so many views of one condition, with the methods that were taught."""
     pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
-    for lesson in lessons(even=even, bare=bare, seed=run.seed, case=case):
+    for lesson in lessons(even=even, bare=bare, seed=run.seed, case=case, posters=posters):
         try:
             methods = Methods(lesson, pipelines)
         except StereoLandmarkError as fault:
@@ -188,7 +188,7 @@ def taught_views(
             return
 
 
-def main(run: Run, corridors: int, conditions: int, case: str) -> None:
+def main(run: Run, corridors: int, conditions: int, case: str, posters: bool) -> None:
     """Ask all methods about the views."""
     use_one_core()
     total, statuses = Score(), (DECIDABLE, UNDECIDABLE, OUT_OF_VIEW)
@@ -196,7 +196,7 @@ def main(run: Run, corridors: int, conditions: int, case: str) -> None:
     table = run.table('Views', 'gaps, surroundings: found / ambiguous / no pose / mistaken', *statuses)
     for even, bare in CONDITIONS[-conditions:]:
         score, wanted = Score(), VIEWS_PER_LESSON * corridors
-        shown = taught_views(run, wanted, case, even=even, bare=bare)
+        shown = taught_views(run, wanted, case, even=even, bare=bare, posters=posters)
         for lesson, methods, view in progress(shown, total=wanted):
             for method, found in methods.answers(view):
                 score.add(method, lesson, view, found)
@@ -230,4 +230,5 @@ if __name__ == '__main__':
         case=Option('round', 'square', 'of the meters: round, square (section 5) or lined (figure 4)'),
         corridors=Option(50, 1, 'of each condition, five views each'),
         conditions=Option(len(CONDITIONS), 1, 'of them, from the last'),
+        posters=Option(False, False, 'repeat posters and plates beside each meter'),
     )

@@ -37,6 +37,7 @@ class CorridorDesign:
         tile: width of the tiles on the walls, 0 is plaster [m]; small ones make many segments.
         needles: seed of what the meters read; the corridor itself does not depend on it.
         case: case of the meters, see `Meter`.
+        posters: the same poster hangs above each meter, and the same plate below it.
     """
 
     seed: int = 0
@@ -46,6 +47,7 @@ class CorridorDesign:
     tile: float = 0.0
     needles: int = 0
     case: str = 'round'
+    posters: bool = False
 
     def __post_init__(self) -> None:
         """Refuse negative seeds or numbers of people with a SceneError."""
@@ -75,7 +77,8 @@ def corridor(design: CorridorDesign | None = None) -> CorridorScene:
     objects: list[SceneObject] = [shell, *_side_walls(shell, rng)]
     if not chosen.bare:
         objects += _end_wall(shell, rng)
-    objects += _meters(chosen, rng)
+    meters = _meters(chosen, rng)
+    objects += (*meters, *(_repeated(meters, shell) if chosen.posters else ()))
     return CorridorScene((*objects, *people(chosen.people, rng)))
 
 
@@ -106,6 +109,19 @@ def _meters(design: CorridorDesign, rng: np.random.Generator) -> list[Meter]:
         )
         for i in range(METERS)
     ]
+
+
+def _repeated(meters: list[Meter], shell: CorridorShell) -> list[SceneObject]:
+    """Return the same poster above each meter and the same plate below it, which only look like landmarks."""
+    objects: list[SceneObject] = []
+    for meter in meters:
+        (x, y), radius = meter.position, meter.radius
+        poster = (x, y + 2.3 * radius), (1.8 * radius, 2.2 * radius)
+        objects += [
+            NoticeBoard(f'repeated_poster_{meter.name}', shell.surface, *poster, 7),
+            Sign(f'repeated_plate_{meter.name}', shell.surface, (x, y - 1.5 * radius), (1.6 * radius, 0.05), ('PUMP',)),
+        ]
+    return objects
 
 
 def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObject]:
