@@ -15,7 +15,7 @@ from _lamp_films import BEACONS, KEY, CounterMemory
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
-from scene_simulator.ceiling.paper_run import paper_room
+from scene_simulator.ceiling.lamp_drive import paper_room
 from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.imaging.exposure import Shutter, camera_pose
 from shirube_core.geometry import SE2

@@ -9,8 +9,7 @@ import numpy as np
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
-from scene_simulator.ceiling.lamp_drive import LampDrive, LampFrame
-from scene_simulator.ceiling.paper_run import PAPER_LAMPS, distractors, paper_room
+from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, LampFrame, distractors, paper_room
 from scene_simulator.ceiling.people import Person
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive

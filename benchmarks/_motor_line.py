@@ -21,7 +21,7 @@ from rclpy.publisher import Publisher
 
 from motor_bridge.core.encoder_monitor import CountStatus
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from motor_bridge.link.controller_session import ControllerSession

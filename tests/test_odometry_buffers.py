@@ -11,10 +11,10 @@ from floor_localizer.core.tracker import PosePredictor
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.settings import ArbiterSettings
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseBuffer
+from reward_planner.core.settings import MappingSettings
 from shirube_core.geometry import SE2
-from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
+from vlc_beacon.core.receiver.beacon_receiver import LampOdometry
 
 pytestmark = pytest.mark.quick
 

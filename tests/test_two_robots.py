@@ -16,7 +16,7 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from shirube_bringup.free_domain import free_domain
 from shirube_bringup.nodes import NodeProcesses, NodeSetup, Value

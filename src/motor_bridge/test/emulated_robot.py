@@ -15,7 +15,7 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from motor_bridge.node import MotorBridgeNode

@@ -14,8 +14,7 @@ from reward_planner.core.safety.collision_monitor import Action, CollisionMonito
 from reward_planner.core.safety.compile_kernels import compile_kernels
 from reward_planner.core.safety.footprint import convex_hull
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
-from reward_planner.interface.monitor_inputs import MonitorInput
-from reward_planner.interface.monitor_settings import MonitorNodeSettings, declare_sources
+from reward_planner.interface.monitor_inputs import MonitorInput, MonitorNodeSettings, declare_sources
 from shirube_core.geometry import SE2
 from shirube_ros.diagnostics import Level, Status
 from shirube_ros.input_watch import Need

@@ -13,7 +13,7 @@ from reward_planner.core.navigator import Navigator, NavigatorSettings
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.route import NoRoute
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.interface.compute_path_server import create_compute_path_server, handle_request
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.callback_guard import CallbackGuard

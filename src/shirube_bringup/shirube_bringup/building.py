@@ -28,7 +28,7 @@ from stereo_landmark.files.place_file import save_place
 from vlc_beacon.core.authorization.command_key import CommandKey
 from vlc_beacon.core.transmitter.lamp_program import RS_FSK_NAME, EncodingSettings, encode_packets
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
-from vlc_beacon.files.counter_file import CounterFile
+from vlc_beacon.files.authorization_files import CounterFile
 
 CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
 """Speed limits of the robot, at start and after the first command [m/s]."""

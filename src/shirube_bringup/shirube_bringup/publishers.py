@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from scene_simulator.mission.floor import BELLY_CAMERA
 from scene_simulator.mission.lamps import CEILING_CAMERA
 from scene_simulator.mission.sensors import DEPTH_CAMERA, STEREO_RIG
-from scene_simulator.robot.body import TiltReading
+from scene_simulator.robot.leg_drive import TiltReading
 from shirube_bringup.render_worker import Picture
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.camera.image import image_from_array

@@ -14,7 +14,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from scene_simulator.mission.lamps import LAMPS
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.publishers import mission_time

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc
-from scene_simulator.ceiling.lamp_drive import LampDrive
-from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_room
+from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, paper_room
 from scene_simulator.imaging.exposure import CameraClock
 from scene_simulator.robot.leg_drive import LegDrive
 from shirube_core.geometry import CameraMount, PinholeCamera

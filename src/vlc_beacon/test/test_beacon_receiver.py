@@ -13,7 +13,7 @@ from receptions import KEY, Memory
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import Disc
-from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_room
+from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, paper_room
 from scene_simulator.imaging.exposure import Shutter, camera_pose
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer

@@ -9,7 +9,7 @@ from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.decision import Rejected, RejectionReason
 from vlc_beacon.core.receiver.tracked_lamp import SkipReason
 from vlc_beacon.core.settings import AuthorizationSettings
-from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics
+from vlc_beacon.node_output import ReceiverDiagnostics
 
 
 class Report(ReceiverDiagnostics):

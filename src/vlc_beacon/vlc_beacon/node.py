@@ -43,9 +43,8 @@ from vlc_beacon.core.receiver.command_processor import CommandDecision
 from vlc_beacon.core.receiver.compile_kernels import compile_kernels
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.display import beacon_markers, draw_debug_image
+from vlc_beacon.node_output import ReceiverDiagnostics, beacon_markers, draw_debug_image
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
-from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics
 
 _LOG_INTERVAL = 1.0
 """Minimum interval between log lines about found and lost poses [s]."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.emulator.line_faults import FAULTS, FaultRequest, LineFaults, parse_fault_request
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from shirube_core.settings import SettingsError, describe_settings, settings_from_values

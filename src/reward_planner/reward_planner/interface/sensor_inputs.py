@@ -11,11 +11,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.trinocular_depth import TrinocularRig
+from reward_planner.core.depth.trinocular_depth import TrinocularRig, points_from_depth_image
 from reward_planner.core.navigator import SensorFrame
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.rolling_voxel_grid import equivalent_focal_length
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import SE3, CameraMount, PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard

@@ -19,7 +19,7 @@ from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, lamps_n
 from scene_simulator.mission.landmarks import FurnishedScene, covered_walls
 from scene_simulator.mission.layout import MissionLayout, mission_layout, mission_obstacles
 from scene_simulator.mission.pedestrians import HEIGHT, RADIUS, Place, solids_at
-from scene_simulator.robot.body import Suspension, TiltErrors, TiltReading
+from scene_simulator.robot.leg_drive import Suspension, TiltErrors, TiltReading
 from scene_simulator.room.box_room import add_disparity_noise
 from scene_simulator.room.furniture import FurnishedRoom
 from scene_simulator.room.solids import cast_rays

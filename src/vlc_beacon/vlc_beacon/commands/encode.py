@@ -17,7 +17,7 @@ from vlc_beacon.core.transmitter.lamp_frame import frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import TONE_NAME, EncodingSettings, LampProgram, encode_packets
 from vlc_beacon.core.transmitter.message_encoder import OPERATIONS, EncoderContext, encode_messages
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.key_file import read_key
+from vlc_beacon.files.authorization_files import read_key
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.moving_obstacle import MovingObstacle
 from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
 
 _AGE_MAX = 1.0  # an obstacle whose position is older is ignored [s]

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.settings import DrivingSettings
 
 _STEP_MAX = 0.2  # upper bound of the time between two velocities [s]
 

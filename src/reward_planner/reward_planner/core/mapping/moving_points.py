@@ -12,7 +12,7 @@ from reward_planner.core.safety.range_frame import range_frame
 from reward_planner.core.safety.range_kernels import CELL, MOVING, STATIC
 from reward_planner.core.safety.range_memory import RangeMemory
 from reward_planner.core.safety.safety_settings import SourceSettings
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import VoxelSettings
 from shirube_core.geometry import SE2
 
 _RANGE_MAX = 5.0  # obstacles are tracked within this range: farther ones have few points [m]

@@ -7,14 +7,13 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.moving_points import MovingPoints
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
+from reward_planner.core.settings import FREE_FRACTION, MappingSettings, VoxelSettings
 from reward_planner.core.voxels.frame_kernels import PointCounts
 from reward_planner.core.voxels.frame_voxels import FrameVoxels, as_points
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
-from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 from shirube_core.geometry import SE2, CameraMount
 
 _FREE_LAYER_FRACTION = 0.5  # of the layers are traversed in a free cell

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.route.route import COST_MAX, LETHAL
+from reward_planner.core.settings import PlannerSettings
 
 _ROUNDING = 1e-5  # clearances are computed in single precision [m]
 

@@ -9,8 +9,7 @@ tag computed from the message, so that fragments of different messages are not m
 
 from dataclasses import dataclass
 
-from vlc_beacon.core.packet.crc import crc8, crc32
-from vlc_beacon.core.packet.id_packet import KIND_SHIFT, PacketKind
+from vlc_beacon.core.packet.id_packet import KIND_SHIFT, PacketKind, crc8, crc32
 from vlc_beacon.core.vlc_beacon_error import PacketError
 
 PAYLOAD_MAX = 100

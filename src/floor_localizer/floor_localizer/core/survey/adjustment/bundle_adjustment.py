@@ -18,8 +18,12 @@ from scipy import sparse
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
 from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots, huber_weights, weighted_means
-from floor_localizer.core.survey.adjustment.multifrontal_solver import MultifrontalSolver
-from floor_localizer.core.survey.adjustment.normal_equations import UNKNOWNS_PER_IMAGE, NormalEquations, unknown_indices
+from floor_localizer.core.survey.adjustment.multifrontal_solver import (
+    UNKNOWNS_PER_IMAGE,
+    MultifrontalSolver,
+    NormalEquations,
+    unknown_indices,
+)
 from floor_localizer.core.survey.adjustment.observations import (
     ObservationBlock,
     ObservationBlocks,

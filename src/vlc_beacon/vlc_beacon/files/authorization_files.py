@@ -1,23 +1,69 @@
-"""Counter file: the last accepted counters, kept over restarts.
-
-Without the file a robot cannot detect replays, so it rejects all commands until the file is reset. With a new key the
-counters may start at 0, because commands signed with the old key are invalid. With the old key they must start above
-all counters ever used, and the lamps must be given new commands. Counters in seconds since 1970 satisfy both.
-"""
+"""Files of the command authorization: the key, and the counters of the senders."""
 
 import json
 import os
+import secrets
+import stat
 from pathlib import Path
 
 from shirube_core.files import atomic_write
+from vlc_beacon.core.authorization.command_key import KEY_BYTES_MAX, KEY_BYTES_MIN, CommandKey
 from vlc_beacon.core.authorization.counters import Counters
 from vlc_beacon.core.packet.command_packet import COUNTER_MAX
 from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
+_GROUP_AND_OTHERS = stat.S_IRWXG | stat.S_IRWXO
+_KEY_SIZE_MAX = 4096
+
+
+def read_key(path: Path) -> CommandKey:
+    """Return the key in a file; raises `VlcBeaconError` if others can read it, or it has no valid key."""
+    try:
+        # Without O_NONBLOCK a named pipe would block forever.
+        handle = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK)
+        try:
+            status = os.fstat(handle)
+            content = os.read(handle, _KEY_SIZE_MAX) if stat.S_ISREG(status.st_mode) else b''
+        finally:
+            os.close(handle)
+    except OSError as error:
+        raise VlcBeaconError(f'key file {path} cannot be read: {error.strerror}') from error
+    if not stat.S_ISREG(status.st_mode):
+        raise VlcBeaconError(f'key file {path} is not a regular file')
+    if status.st_mode & _GROUP_AND_OTHERS:
+        raise VlcBeaconError(f'key file {path} is accessible to other users; run: chmod 600 {path}')
+    if status.st_uid not in (os.geteuid(), 0):
+        raise VlcBeaconError(f'key file {path} belongs to another user; run: chown {os.geteuid()} {path}')
+    return _parse_key(content, path)
+
+
+def make_key_file(path: Path) -> None:
+    """Write a new key that only its owner can read; raises `VlcBeaconError` if the file exists."""
+    try:
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
+    except OSError as error:
+        raise VlcBeaconError(f'key file {path} cannot be created: {error.strerror}') from error
+    try:
+        with os.fdopen(handle, 'w') as file:
+            file.write(secrets.token_hex(KEY_BYTES_MAX) + '\n')
+    except OSError as error:
+        # A truncated key would be accepted as a key.
+        path.unlink()
+        raise VlcBeaconError(f'key file {path} cannot be written: {error.strerror}') from error
+
+
+def _parse_key(content: bytes, path: Path) -> CommandKey:
+    remedy = f'it must hold {2 * KEY_BYTES_MIN} to {2 * KEY_BYTES_MAX} hexadecimal digits and nothing else'
+    try:
+        return CommandKey(bytes.fromhex(content.decode('ascii')))
+    except ValueError as error:
+        raise VlcBeaconError(f'key file {path} has no valid key: {remedy}') from error
+
+
 FORMAT = 1
 _KINDS = ('zone_rules', 'one_shots')
-_SIZE_MAX = 1 << 20
+_COUNTERS_SIZE_MAX = 1 << 20
 
 
 class CounterFile:
@@ -31,7 +77,7 @@ class CounterFile:
         remedy = 'reset it with renew_counters, with a new key or above all counters used'
         try:
             with self._path.open('rb') as file:
-                content = file.read(_SIZE_MAX)
+                content = file.read(_COUNTERS_SIZE_MAX)
         except FileNotFoundError as error:
             raise VlcBeaconError(f'counter file {self._path} is missing; {remedy}') from error
         except OSError as error:
