@@ -20,8 +20,7 @@ from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.imaging.exposure import Shutter, camera_pose
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer
 from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings, Velocity
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform

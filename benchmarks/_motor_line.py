@@ -22,8 +22,7 @@ from rclpy.publisher import Publisher
 from motor_bridge.core.encoder_monitor import CountStatus
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.firmware import EmulatorSettings
-from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
+from motor_bridge.emulator.pseudo_terminal import FaultRequest, LineFaults, PseudoTerminal, RealTimeStepper
 from motor_bridge.link.controller_session import ControllerSession
 from motor_bridge.node import MotorBridgeNode
 from motor_bridge.node_settings import NodeSettings

@@ -22,8 +22,8 @@ from reward_planner.core.occupancy_map import OCCUPIED, UNKNOWN, GridFrame, Occu
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRoute
 from reward_planner.core.settings import DrivingSettings
+from scene_simulator.mission.pedestrians import Walker
 from scene_simulator.room.box_room import BoxRoom
-from scene_simulator.room.people import Walker
 from scene_simulator.room.solids import Solids, cast_rays
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 

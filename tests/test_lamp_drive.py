@@ -20,7 +20,7 @@ from shirube_core.geometry import SE2
 from shirube_ros.offline.recording import choose_topics
 from vlc_beacon.commands import locate, survey
 from vlc_beacon.commands.locate import LocatedImage, locate_bag
-from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
+from vlc_beacon.core.authorization.command_authorizer import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.settings import AuthorizationSettings

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from floor_localizer.core.settings import TrackerSettings
-from floor_localizer.core.survey.odometry_buffer import SurveyOdometry
 from floor_localizer.core.tracker import PosePredictor
+from floor_localizer.survey_files.survey_source import SurveyOdometry
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.settings import ArbiterSettings

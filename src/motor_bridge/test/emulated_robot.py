@@ -16,8 +16,7 @@ from std_srvs.srv import Trigger
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.firmware import EmulatorSettings
-from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
+from motor_bridge.emulator.pseudo_terminal import FaultRequest, LineFaults, PseudoTerminal, RealTimeStepper
 from motor_bridge.node import MotorBridgeNode
 from shirube_ros.pose_conversion import planar_pose
 

@@ -10,8 +10,8 @@ from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import Covariance
-from pose_arbiter.core.measurement import RejectReason
 from pose_arbiter.core.settings import SourceSettings
+from pose_arbiter.core.source_state import RejectReason
 from pose_arbiter.node_settings import NodeSettings
 from shirube_ros.errors import FrameError, MessageError
 from shirube_ros.frames import Frames

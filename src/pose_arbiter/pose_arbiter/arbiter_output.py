@@ -13,10 +13,9 @@ from std_msgs.msg import Header
 
 from pose_arbiter.core.arbiter import Arbiter, LocalizationStatus
 from pose_arbiter.core.kalman_filter import Estimate, as_matrix
-from pose_arbiter.core.measurement import MeasurementStatus
 from pose_arbiter.core.outlier_rejection import FilterState
 from pose_arbiter.core.settings import SourceSettings
-from pose_arbiter.core.source_state import SourceState
+from pose_arbiter.core.source_state import MeasurementStatus, SourceState
 from pose_arbiter.node_settings import NodeSettings
 from shirube_core.geometry import SE2
 from shirube_ros.diagnostics import Level, Status

@@ -21,8 +21,8 @@ from short_drive import (
 
 from pose_arbiter.core.arbiter import OPERATOR, LocalizationStatus, localization_status
 from pose_arbiter.core.kalman_filter import diagonal
-from pose_arbiter.core.measurement import MeasurementStatus
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
+from pose_arbiter.core.source_state import MeasurementStatus
 from shirube_core.geometry import SE2
 
 

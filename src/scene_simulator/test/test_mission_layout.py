@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.errors import SceneError
-from scene_simulator.mission.lamps import CEILING_MOUNT
+from scene_simulator.mission.floor_and_lamps import CEILING_MOUNT
 from scene_simulator.mission.layout import (
     PASSAGE,
     ROBOT_HEIGHT,

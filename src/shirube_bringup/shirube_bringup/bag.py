@@ -22,7 +22,7 @@ from shirube_bags.bag_recorder import offered_qos
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory_files import header_stamp
-from shirube_bringup.publishers import START_SECONDS
+from shirube_bringup.topics import START_SECONDS
 from shirube_ros.camera.image import array_from_image, depth_from_image
 
 TOPICS_AT_STAMP: Mapping[str, type] = {

@@ -12,8 +12,7 @@ from floor_localizer.files.dot_map_file import write_indexed_map
 from scene_simulator.commands.lamps import write_beacons
 from scene_simulator.corridor.shapes import Landmark, RoundLandmark
 from scene_simulator.corridor.stereo_rig import render_pair
-from scene_simulator.mission.floor import surveyed_floor
-from scene_simulator.mission.lamps import FAST_LAMP, LAMP_RADIUS, LAMP_RATE, LAMPS, SLOW_LAMP
+from scene_simulator.mission.floor_and_lamps import FAST_LAMP, LAMP_RADIUS, LAMP_RATE, LAMPS, SLOW_LAMP, surveyed_floor
 from scene_simulator.mission.landmarks import FurnishedScene, bare_walls, landmarks_on_wall
 from scene_simulator.mission.layout import NOMINAL
 from scene_simulator.mission.sensors import STEREO_RIG

@@ -13,8 +13,7 @@ from typing import Self
 import yaml
 
 from motor_bridge.core.drive_settings import DriveSettings
-from scene_simulator.mission.floor import BELLY_MOUNT
-from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RATE
+from scene_simulator.mission.floor_and_lamps import BELLY_MOUNT, CEILING_CAMERA, CEILING_MOUNT, LAMP_RATE
 from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
 from scene_simulator.mission.sensors import DEPTH_MOUNT, STEREO_RIG
 from shirube_bringup.building import CRUISE_SPEED, BuildingFiles

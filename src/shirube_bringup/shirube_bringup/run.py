@@ -26,7 +26,7 @@ from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup, missio
 from shirube_bringup.record import MissionRecord, MissionTraces
 from shirube_bringup.render_worker import RenderWorker
 from shirube_bringup.simulator import CAMERAS, SUBSCRIBERS, CarriedController, Simulator
-from shirube_bringup.subscribers import ODOMETRY, MissionSubscribers
+from shirube_bringup.topics import ODOMETRY, MissionSubscribers
 from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
 from vlc_beacon.files.authorization_files import read_key

@@ -17,9 +17,8 @@ from motor_bridge.emulator.emulated_controller import EmulatedController
 from scene_simulator.mission.pedestrians import Pedestrian
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.lockstep import NodeBarrier
-from shirube_bringup.publishers import MissionPublishers
 from shirube_bringup.render_worker import Picture, PiecewisePath, RenderWorker
-from shirube_bringup.subscribers import MissionSubscribers
+from shirube_bringup.topics import MissionPublishers, MissionSubscribers
 from shirube_core.geometry import SE2
 from shirube_ros.quality_of_service import pose_profile
 

@@ -12,7 +12,7 @@ from shirube_bringup.mission import Mission
 from shirube_bringup.nodes import MissionError
 from shirube_bringup.record import MissionRecord
 from shirube_bringup.simulator import KIDNAPPING, STEP_MS, CarriedController
-from shirube_bringup.subscribers import StampedPose
+from shirube_bringup.topics import StampedPose
 from shirube_core.geometry import SE2
 
 SEED = 3

@@ -9,7 +9,7 @@ from scene_simulator.imaging.exposure import CameraClock
 from scene_simulator.robot.leg_drive import LegDrive
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.pose.lamp_rays import Beacon
 
 CAMERA = PinholeCamera(300, 280, 318.2, 318.2, 149.5, 139.5)

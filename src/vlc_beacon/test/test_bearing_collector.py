@@ -6,7 +6,7 @@ from lamp_pictures import draw_lamp, photograph, room
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.settings import ReceiverSettings
 from vlc_beacon.core.survey.beacon_survey import BearingCollector, image_rotation, survey_lamp
 

@@ -32,8 +32,7 @@ from shirube_ros.pose_conversion import (
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.stamps import StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer
 from vlc_beacon.core.command_executor import CommandExecutor
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.pose.lamp_rays import Beacon

@@ -11,8 +11,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from shirube_ros.diagnostics import Level, Status
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer, RejectionReason
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconAnomaly, BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from enum import Enum
 
 from pose_arbiter.core.kalman_filter import Covariance, Estimate, diagonal, is_positive_definite, predict
-from pose_arbiter.core.measurement import MeasurementStatus, PoseMeasurement, RejectReason
 from pose_arbiter.core.outlier_rejection import FilterState, OutlierRejection
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
+from pose_arbiter.core.source_state import MeasurementStatus, PoseMeasurement, RejectReason
 from shirube_core.geometry import SE2
 from shirube_core.motion import NoPoseReason, OdometryBuffer
 

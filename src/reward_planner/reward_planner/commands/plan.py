@@ -15,8 +15,7 @@ from reward_planner.core.reward.reward_walk import ExplainedCell, explained_walk
 from reward_planner.core.reward.step_reward import TERM_NAMES
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.inflation_cost import inflation_costs
-from reward_planner.core.route.route import COST_MAX, LETHAL, NoRoute
+from reward_planner.core.route.route import COST_MAX, LETHAL, NoRoute, inflation_costs
 from reward_planner.core.route.shortest_route import shortest_route
 from reward_planner.core.settings import PlannerSettings, RewardSettings
 from reward_planner.files.occupancy_map_file import load_occupancy_map

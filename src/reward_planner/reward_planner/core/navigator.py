@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_controller import DriveController
 from reward_planner.core.driving.inflated_costmap import required_frame
-from reward_planner.core.driving.moving_obstacle import MovingObstacle
+from reward_planner.core.driving.moving_obstacle_policy import MovingObstacle
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper

@@ -8,14 +8,20 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.ceiling.people import Person
-from scene_simulator.ceiling.room import CeilingRoom
+from scene_simulator.ceiling.room import CeilingRoom, Person
 from scene_simulator.corridor.scene import CorridorScene
 from scene_simulator.corridor.stereo_drive import STIFF_SUSPENSION
 from scene_simulator.corridor.stereo_rig import StereoRig
 from scene_simulator.imaging.exposure import CameraPose, camera_pose
-from scene_simulator.mission.floor import BELLY_MOUNT, EXPOSURE, MissionFloor
-from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, lamps_near, mission_ceiling
+from scene_simulator.mission.floor_and_lamps import (
+    BELLY_MOUNT,
+    CEILING_CAMERA,
+    CEILING_MOUNT,
+    EXPOSURE,
+    MissionFloor,
+    lamps_near,
+    mission_ceiling,
+)
 from scene_simulator.mission.landmarks import FurnishedScene, covered_walls
 from scene_simulator.mission.layout import MissionLayout, mission_layout, mission_obstacles
 from scene_simulator.mission.pedestrians import HEIGHT, RADIUS, Place, solids_at

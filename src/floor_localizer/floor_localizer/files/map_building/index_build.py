@@ -25,7 +25,7 @@ from floor_localizer.core.dots import Level, arrange_levels
 from floor_localizer.core.independent_tasks import Task, TaskRunner
 from floor_localizer.files import binary_format
 from floor_localizer.files.array_file import PartsFolder
-from floor_localizer.files.csv_format import check_dot_count, check_units
+from floor_localizer.files.dot_map_file import check_dot_count, check_units
 from floor_localizer.files.map_building.build_tasks import (
     BuildPlan,
     index_stripe,

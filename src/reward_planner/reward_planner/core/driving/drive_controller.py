@@ -11,9 +11,9 @@ from reward_planner.core.driving.drive_state import DriveCommand, DriveInputs, D
 from reward_planner.core.driving.fixed_route import FixedRoute
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
-from reward_planner.core.driving.moving_obstacle import MovingObstacle
 from reward_planner.core.driving.moving_obstacle_policy import (
     AROUND_TIME,
+    MovingObstacle,
     MovingObstaclePolicy,
     nearby_obstacles,
     obstacle_cells,

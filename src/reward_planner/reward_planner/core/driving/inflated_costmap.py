@@ -8,8 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import OCCUPIED_THRESHOLD, UNKNOWN, GridFrame, clearance
 from reward_planner.core.reward_planner_error import DrivingError
-from reward_planner.core.route.inflation_cost import inflation_costs
-from reward_planner.core.route.route import COST_MAX, LETHAL
+from reward_planner.core.route.route import COST_MAX, LETHAL, inflation_costs
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.settings import PlannerSettings
 

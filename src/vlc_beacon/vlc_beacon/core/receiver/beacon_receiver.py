@@ -16,9 +16,8 @@ from vlc_beacon.core.pose.lamp_rays import Beacon, row_motions
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
-from vlc_beacon.core.receiver.light_receiver import LightReceiver
+from vlc_beacon.core.receiver.light_receiver import LampMessage, LampObservation, LightReceiver
 from vlc_beacon.core.receiver.pose_consistency import PoseConsistencyCheck
-from vlc_beacon.core.receiver.tracked_lamp import LampMessage, LampObservation
 from vlc_beacon.core.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 

@@ -17,8 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
-from vlc_beacon.core.receiver.light_receiver import LightReceiver
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
 from vlc_beacon.core.settings import ReceiverSettings
 
 

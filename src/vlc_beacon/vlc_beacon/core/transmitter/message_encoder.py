@@ -20,8 +20,7 @@ from vlc_beacon.core.packet.command_packet import (
     find_implausibility,
     shorten,
 )
-from vlc_beacon.core.packet.data_packet import split_message
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket, split_message
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.label: operation for operation in Operation}

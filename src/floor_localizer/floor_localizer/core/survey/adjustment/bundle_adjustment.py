@@ -17,7 +17,6 @@ from scipy import sparse
 
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
-from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots, huber_weights, weighted_means
 from floor_localizer.core.survey.adjustment.multifrontal_solver import (
     UNKNOWNS_PER_IMAGE,
     MultifrontalSolver,
@@ -30,6 +29,7 @@ from floor_localizer.core.survey.adjustment.observations import (
     Observations,
     project_rays_to_map,
 )
+from floor_localizer.core.survey.adjustment.surveyed_dots import estimate_dots, huber_weights, weighted_means
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 
 _STEP = 1e-6
