@@ -14,8 +14,7 @@ from scene_simulator.ceiling.room import Person
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey, Counters
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, Operation

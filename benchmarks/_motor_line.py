@@ -26,7 +26,7 @@ from motor_bridge.emulator.pseudo_terminal import FaultRequest, LineFaults, Pseu
 from motor_bridge.link.controller_session import ControllerSession
 from motor_bridge.node import MotorBridgeNode
 from motor_bridge.node_settings import NodeSettings
-from shirube_cli.child_process import child_process
+from shirube_cli.project import child_process
 
 AUTO_STOPS = {'ros_arduino_bridge': EmulatorSettings().auto_stop, 'motor_controller': NodeSettings().short_auto_stop}
 LATENCIES = (0.0, 0.0), (0.05, 0.05), (0.1, 0.1), (0.25, 0.0)

@@ -20,7 +20,7 @@ from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import array_from_compressed_image
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 
 Image = NDArray[np.uint8]
 BAG = Path(__file__).parents[1] / 'bags' / 'room_drive'

@@ -23,8 +23,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRoute
 from reward_planner.core.settings import DrivingSettings
 from scene_simulator.mission.pedestrians import Walker
-from scene_simulator.room.box_room import BoxRoom
-from scene_simulator.room.solids import Solids, cast_rays
+from scene_simulator.room.box_room import BoxRoom, Solids, cast_rays
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 
 PIXELS = ((80, 60), (120, 90), (320, 240), (640, 480))

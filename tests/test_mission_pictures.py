@@ -15,8 +15,9 @@ from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
 from scene_simulator.commands.lamps import write_beacons
-from scene_simulator.mission.floor_and_lamps import (
+from scene_simulator.mission.layout import (
     BELLY_MOUNT,
+    CARPET,
     CEILING_CAMERA,
     CEILING_MOUNT,
     LAMP_RADIUS,
@@ -24,7 +25,6 @@ from scene_simulator.mission.floor_and_lamps import (
     LAMPS,
     surveyed_floor,
 )
-from scene_simulator.mission.layout import CARPET
 from scene_simulator.mission.sensors import STEREO_RIG
 from shirube_bags.bag_reader import BagReader
 from shirube_bringup.building import teach_places

@@ -21,7 +21,7 @@ from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeSteppe
 from shirube_bringup.free_domain import free_domain
 from shirube_bringup.nodes import NodeProcesses, NodeSetup, Value
 from shirube_core.geometry import SE2, rotation_matrix
-from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
+from shirube_ros.message_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
 
 pytestmark = [pytest.mark.newest_set_only, pytest.mark.timeout(300)]
 

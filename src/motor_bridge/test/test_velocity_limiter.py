@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from motor_bridge.core.base_drive import STEP, VelocityLimiter
-from motor_bridge.core.diff_drive_kinematics import Velocity
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DriveSettings, Velocity
 
 SETTINGS = DriveSettings()
 LIMITS = (

@@ -17,7 +17,7 @@ from shirube_ros.errors import FrameError, MessageError
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 
 ODOMETRY, INITIAL_POSE = 'odom', 'initialpose'

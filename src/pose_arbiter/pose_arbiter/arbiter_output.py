@@ -20,7 +20,7 @@ from pose_arbiter.node_settings import NodeSettings
 from shirube_core.geometry import SE2
 from shirube_ros.diagnostics import Level, Status
 from shirube_ros.frames import TransformPublisher
-from shirube_ros.pose_conversion import odometry_message, pose_message, pose_stamped, pose_with_covariance_stamped
+from shirube_ros.message_conversion import odometry_message, pose_message, pose_stamped, pose_with_covariance_stamped
 from shirube_ros.quality_of_service import pose_profile
 
 _LEVELS = {

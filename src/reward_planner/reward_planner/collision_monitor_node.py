@@ -19,8 +19,8 @@ from shirube_core.geometry import SE2
 from shirube_ros.diagnostics import Level, Status
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.node import run_node
-from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.velocity_publisher import VelocityPublisher
 

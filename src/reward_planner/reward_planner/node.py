@@ -8,10 +8,9 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Header, String
 
 from reward_planner.core.compile_kernels import compile_kernels
-from reward_planner.core.driving.drive_state import DriveCommand, DriveState
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState, Velocity
 from reward_planner.core.driving.light_command import parse_light_command
 from reward_planner.core.driving.recovery import parse_recovery
-from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.reward_planner_error import RewardPlannerError
@@ -36,8 +35,8 @@ from shirube_ros.diagnostics import Status
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.node import run_node
-from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import pose_profile
 from shirube_ros.stamps import StampSynchronizer, StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher

@@ -18,7 +18,7 @@ from reward_planner.interface.compute_path_server import create_compute_path_ser
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.errors import FrameError
-from shirube_ros.pose_conversion import planar_pose, pose_stamped
+from shirube_ros.message_conversion import planar_pose, pose_stamped
 
 HEADER = Header(frame_id='map')
 CODES = {

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from reward_planner.core.costmap_masks import CostmapMasks
+from reward_planner.core.mapping.global_map import CostmapMasks
 from reward_planner.core.navigator import Navigator, NavigatorSettings
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError

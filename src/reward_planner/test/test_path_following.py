@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from reward_planner.core.driving.drive_state import Velocity, VelocitySmoother
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.path_following import (
     braking_speed_limit,
@@ -14,7 +15,6 @@ from reward_planner.core.driving.path_following import (
     turn_rate_for_angle,
     velocity_towards,
 )
-from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
 from reward_planner.core.settings import DrivingSettings

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.costmap_masks import CostmapMasks
 from reward_planner.core.driving.replanner import Replanner, escape_path, path_length
-from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.mapping.global_map import CostmapMasks, GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame, OccupancyMap, clearance
 from reward_planner.core.route.route import NoRoute
 from reward_planner.core.safety.footprint import Footprint

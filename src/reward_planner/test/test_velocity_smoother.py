@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
+from reward_planner.core.driving.drive_state import Velocity, VelocitySmoother
 from reward_planner.core.settings import DrivingSettings
 
 SETTINGS = DrivingSettings(max_linear_jerk=2.0)

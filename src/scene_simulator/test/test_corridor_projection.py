@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.corridor.projection import project_outline, view_planes
+from scene_simulator.corridor.scene import project_outline, view_planes
 from scene_simulator.floor.dot_floor import polygon_areas
 from shirube_core.geometry import PinholeCamera
 

@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header, String
 
-from scene_simulator.mission.floor_and_lamps import BELLY_CAMERA, CEILING_CAMERA
+from scene_simulator.mission.layout import BELLY_CAMERA, CEILING_CAMERA
 from scene_simulator.mission.sensors import DEPTH_CAMERA, STEREO_RIG
 from scene_simulator.robot.leg_drive import TiltReading
 from shirube_bringup.nodes import AREA
@@ -27,7 +27,7 @@ from shirube_bringup.record import GridMap, StatusCount
 from shirube_bringup.render_worker import Picture
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.camera.image import image_from_array
-from shirube_ros.pose_conversion import planar_pose, pose_stamped
+from shirube_ros.message_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, pose_profile
 
 START_SECONDS = 1000

@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
 from motor_bridge.emulator.firmware import EmulatorSettings
-from scene_simulator.mission.floor_and_lamps import LAMPS
+from scene_simulator.mission.layout import LAMPS
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.simulator import CAMERAS, STEP_MS, TILT, SensorSchedule, Simulator
 from shirube_bringup.topics import MissionSubscribers, mission_time

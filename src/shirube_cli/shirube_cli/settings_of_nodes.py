@@ -2,7 +2,7 @@
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.localization.localizer_from_map_file import NodeSettings as FloorLocalizerSettings
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DriveSettings
 from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings

@@ -15,7 +15,7 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2, SE3, CameraMount, rotation_matrix
 from shirube_ros.errors import FrameError
-from shirube_ros.pose_conversion import planar_pose_with_covariance
+from shirube_ros.message_conversion import planar_pose_with_covariance
 
 _TF = QoSProfile(depth=100)
 _STATIC = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

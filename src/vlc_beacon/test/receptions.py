@@ -4,8 +4,7 @@ import numpy as np
 
 from shirube_core.geometry import SE2
 from vlc_beacon.core.authorization.command_authorizer import Accepted, Rejected, RejectionReason
-from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey, Counters
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix, NoFixReason

@@ -13,7 +13,7 @@ from vlc_beacon.core.authorization.command_authorizer import (
     RejectionReason,
     ZoneVisits,
 )
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.settings import AuthorizationSettings
 

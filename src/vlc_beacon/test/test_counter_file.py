@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from vlc_beacon.commands import renew_counters
-from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.keys_and_counters import Counters
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.authorization_files import CounterFile
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, Operation, shorten

@@ -2,8 +2,7 @@
 
 import math
 
-from motor_bridge.core.diff_drive_kinematics import TICKS_MAX, DiffDriveKinematics, Velocity
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import TICKS_MAX, DiffDriveKinematics, DriveSettings, Velocity
 
 STEP = 0.005
 """Time step of the limiter [s]."""

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.costmap_masks import CostmapMasks
+from reward_planner.core.mapping.global_map import CostmapMasks
 from reward_planner.core.occupancy_map import FREE_THRESHOLD, UNKNOWN, GridFrame, OccupancyMap, clearance
 from reward_planner.core.reward.reward_walk import ExplainedCell, explained_walk, reward_route
 from reward_planner.core.reward.step_reward import TERM_NAMES

@@ -23,7 +23,7 @@ from reward_planner.core.route.route import NoRoute, thin_path
 from shirube_core.geometry import SE2
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.errors import FrameError, MessageError
-from shirube_ros.map_conversion import path_message
+from shirube_ros.message_conversion import path_message
 
 _THREADS = 2  # the route to a new goal does not wait for that to the previous one
 

@@ -24,9 +24,8 @@ from shirube_ros.camera.info import rectified_camera
 from shirube_ros.errors import CameraInfoError, MessageError
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.map_conversion import points_from_cloud
+from shirube_ros.message_conversion import points_from_cloud, rays_from_scan
 from shirube_ros.quality_of_service import sensor_profile
-from shirube_ros.scan_conversion import rays_from_scan
 
 DEFAULT_SOURCES = ('front',)
 _PARAMETER = 'sources'

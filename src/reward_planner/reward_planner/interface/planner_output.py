@@ -17,8 +17,7 @@ from reward_planner.core.navigator import MappedFrame, Navigator
 from reward_planner.core.route.route import thin_path
 from shirube_core.geometry import SE2
 from shirube_ros.diagnostics import Level, Status
-from shirube_ros.map_conversion import path_message
-from shirube_ros.pose_conversion import pose_message, pose_stamped
+from shirube_ros.message_conversion import path_message, pose_message, pose_stamped
 from shirube_ros.quality_of_service import map_profile, pose_profile
 from shirube_ros.stamps import StampSynchronizer
 

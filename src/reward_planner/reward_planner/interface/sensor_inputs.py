@@ -23,7 +23,7 @@ from shirube_ros.camera.info import RigCamera, rectified_camera, rig_camera
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.errors import CameraInfoError, FrameError
 from shirube_ros.frames import Frames
-from shirube_ros.map_conversion import points_from_cloud
+from shirube_ros.message_conversion import points_from_cloud
 from shirube_ros.quality_of_service import overridable, sensor_profile
 from shirube_ros.stamps import StampSynchronizer
 

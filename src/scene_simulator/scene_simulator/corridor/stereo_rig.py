@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from scene_simulator.corridor.painting import SAMPLES, Texture, paint_outline, plaster
-from scene_simulator.corridor.projection import project_outline, view_planes
+from scene_simulator.corridor.scene import project_outline, view_planes
 from scene_simulator.corridor.shapes import PaintedScene
 from scene_simulator.imaging.exposure import CameraPose, camera_pose
 from scene_simulator.imaging.sensors import GainSensor

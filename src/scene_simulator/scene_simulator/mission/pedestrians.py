@@ -11,8 +11,8 @@ from scipy.spatial.distance import cdist
 
 from scene_simulator.errors import SceneError
 from scene_simulator.mission.layout import ROOM, MissionLayout
+from scene_simulator.room.box_room import Cylinder, Solids
 from scene_simulator.room.furniture import FurnishedRoom
-from scene_simulator.room.solids import Cylinder, Solids
 from shirube_core.geometry import SE2
 
 KINDS = ('person', 'legs', 'child', 'group', 'wheelchair', 'trolley', 'lying body', 'standing body')

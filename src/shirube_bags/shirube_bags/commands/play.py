@@ -15,12 +15,11 @@ from threading import Event
 from rclpy.utilities import remove_ros_args
 from tqdm import tqdm
 
-from shirube_bags.bag_player import BagPlayer, load_message_class
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ReplayError, ShirubeBagsError
 from shirube_bags.lockstep import Lockstep
 from shirube_bags.replay import replay, wait_for_any, wait_for_counts
-from shirube_bags.ros_session import ros_session, stop_on_signals
+from shirube_bags.ros_session import BagPlayer, load_message_class, ros_session, stop_on_signals
 from shirube_bags.stamps import NANOSECONDS, number_from_zero
 
 PAUSE_KEY = b' '

@@ -7,8 +7,7 @@ import stat
 from pathlib import Path
 
 from shirube_core.files import atomic_write
-from vlc_beacon.core.authorization.command_key import KEY_BYTES_MAX, KEY_BYTES_MIN, CommandKey
-from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.keys_and_counters import KEY_BYTES_MAX, KEY_BYTES_MIN, CommandKey, Counters
 from vlc_beacon.core.packet.command_packet import COUNTER_MAX
 from vlc_beacon.core.packet.data_packet import BEACON_ID_MAX
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError

@@ -7,7 +7,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drive_state import DriveCommand, DriveInputs, DriveState, stop_command
+from reward_planner.core.driving.drive_state import (
+    DriveCommand,
+    DriveInputs,
+    DriveState,
+    Velocity,
+    VelocitySmoother,
+    stop_command,
+)
 from reward_planner.core.driving.fixed_route import FixedRoute
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
@@ -30,7 +37,6 @@ from reward_planner.core.driving.path_following import (
 from reward_planner.core.driving.recovery import STUCK_DETAIL, LookAround, Recovery, RecoveryBehavior, StuckCheck
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.driving.route_planning import RoutePlanning, RunPlanning, run_at_once
-from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
 from reward_planner.core.reward_planner_error import DrivingError

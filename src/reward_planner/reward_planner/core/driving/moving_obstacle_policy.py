@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.velocity_smoother import Velocity
+from reward_planner.core.driving.drive_state import DriveState, Velocity
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
 from reward_planner.core.settings import DrivingSettings

@@ -5,10 +5,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.costmap_masks import CostmapMasks
-from reward_planner.core.driving.drive_state import DriveCommand, DriveState, stop_command
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState, Velocity, stop_command
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
-from reward_planner.core.driving.velocity_smoother import Velocity
+from reward_planner.core.mapping.global_map import CostmapMasks
 from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
 

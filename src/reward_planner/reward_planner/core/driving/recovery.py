@@ -7,9 +7,8 @@ from enum import Enum
 
 import numpy as np
 
-from reward_planner.core.driving.drive_state import DriveCommand, DriveState
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState, Velocity
 from reward_planner.core.driving.path_following import CELL_MARGIN
-from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import DrivingError

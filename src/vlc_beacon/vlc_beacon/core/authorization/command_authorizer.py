@@ -16,8 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters, CounterStore
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey, Counters, CounterStore
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation, clamp_speed, find_implausibility
 from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError

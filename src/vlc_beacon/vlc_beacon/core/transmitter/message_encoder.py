@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.packet.command_packet import (
     SHORT_STEP,
     WITHOUT_VALUE,

@@ -10,8 +10,12 @@ from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.independent_tasks import TaskRunner
 from floor_localizer.core.survey.adjustment.block_partition import ImageBoxes, Tile, store_boxes
-from floor_localizer.core.survey.adjustment.observation_merging import count_expected_views
-from floor_localizer.core.survey.adjustment.observations import ObservationBlock, ObservationBlocks, project_rays_to_map
+from floor_localizer.core.survey.adjustment.observations import (
+    ObservationBlock,
+    ObservationBlocks,
+    count_expected_views,
+    project_rays_to_map,
+)
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.dot_matching import nearest_pairs
 from floor_localizer.core.survey.survey_image import ViewOutline
