@@ -16,7 +16,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.trajectory import Trajectory, can_interpolate, interpolate, planar_poses
 from shirube_bags.trajectory_files import header_stamp, load_bag_trajectory
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import planar_pose_with_covariance
+from shirube_ros.message_conversion import planar_pose_with_covariance
 from stereo_landmark.commands.locate import locate as locate_landmarks
 from stereo_landmark.commands.locate import make_parser as landmark_parser
 from stereo_landmark.commands.teach import main as teach

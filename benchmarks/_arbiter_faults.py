@@ -9,7 +9,7 @@ from _arbiter_bags import PoseSample
 from _arbiter_fusion import add_message, in_order_of_arrival, messages_of, new_arbiter
 
 from pose_arbiter.core.kalman_filter import diagonal
-from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
+from scene_simulator.robot.robot_drive import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2, wrap_angle
 
 FAULTS = ('offset', 'turned', 'frozen', 'late', 'jumping', 'drifting')

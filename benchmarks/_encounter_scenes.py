@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.safety.range_frame import thinning_stride
-from scene_simulator.room.box_room import Box, BoxRoom
-from scene_simulator.room.people import Walker
-from scene_simulator.room.solids import Solids, cast_rays
+from scene_simulator.mission.pedestrians import Walker
+from scene_simulator.room.box_room import Box, BoxRoom, Solids, cast_rays
 from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
 RADIUS, HEIGHT, LATENCY = 0.2, 0.6, 0.05

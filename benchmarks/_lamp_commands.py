@@ -15,13 +15,12 @@ from _lamp_films import BEACONS, KEY, CounterMemory
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
-from scene_simulator.ceiling.paper_run import paper_room
+from scene_simulator.ceiling.lamp_drive import paper_room
 from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.imaging.exposure import Shutter, camera_pose
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer
 from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings, Velocity
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform

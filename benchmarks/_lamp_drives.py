@@ -7,7 +7,7 @@ import numpy as np
 from _lamp_room import BEACONS, CAMERA, IDS, MOUNT, view_from
 from numpy.typing import NDArray
 
-from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
+from scene_simulator.robot.robot_drive import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2, wrap_angle
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
 from vlc_beacon.core.pose.pose_fix import BeaconFix

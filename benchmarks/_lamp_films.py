@@ -9,18 +9,16 @@ import numpy as np
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
-from scene_simulator.ceiling.lamp_drive import LampDrive, LampFrame
-from scene_simulator.ceiling.paper_run import PAPER_LAMPS, distractors, paper_room
-from scene_simulator.ceiling.people import Person
+from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, LampFrame, distractors, paper_room
+from scene_simulator.ceiling.room import Person
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey, Counters
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, Operation
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings

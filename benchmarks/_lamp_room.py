@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, gravity_aligned_camera
-from vlc_beacon.core.pose.bearing_model import camera_points
 from vlc_beacon.core.pose.lamp_rays import Beacon
+from vlc_beacon.core.pose.pose_least_squares import camera_points
 
 CAMERA = PinholeCamera(1280, 1024, 636.4, 636.4, 639.5, 511.5)
 WIDE = PinholeCamera(

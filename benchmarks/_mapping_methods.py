@@ -5,9 +5,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, FrameWindow, SensorView, window_shape
 from reward_planner.core.voxels.voxel_map import VoxelMap
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
 PYOCTOMAP = ('pyoctomap', 'pyoctomap==1.2.2')
 """Module, and what pip installs."""

@@ -8,14 +8,12 @@ from threading import Event
 import numpy as np
 
 from motor_bridge.core.base_drive import BaseDrive
-from motor_bridge.core.checksum import without_checksum
-from motor_bridge.core.controller_protocol import BadReplyError, ControllerSetup, WheelCounts
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.controller_protocol import BadReplyError, ControllerSetup, WheelCounts, without_checksum
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings, Velocity
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
 from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge, parse_counts
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
 
 PERIOD = 1.0 / 30.0

@@ -21,13 +21,12 @@ from rclpy.publisher import Publisher
 
 from motor_bridge.core.encoder_monitor import CountStatus
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
+from motor_bridge.emulator.firmware import EmulatorSettings
+from motor_bridge.emulator.pseudo_terminal import FaultRequest, LineFaults, PseudoTerminal, RealTimeStepper
 from motor_bridge.link.controller_session import ControllerSession
 from motor_bridge.node import MotorBridgeNode
 from motor_bridge.node_settings import NodeSettings
-from shirube_cli.child_process import child_process
+from shirube_cli.project import child_process
 
 AUTO_STOPS = {'ros_arduino_bridge': EmulatorSettings().auto_stop, 'motor_controller': NodeSettings().short_auto_stop}
 LATENCIES = (0.0, 0.0), (0.05, 0.05), (0.1, 0.1), (0.25, 0.0)

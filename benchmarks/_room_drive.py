@@ -10,19 +10,17 @@ import numpy as np
 from _harness import cpu_time
 from numpy.typing import NDArray
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.depth.trinocular_depth import points_from_depth_image
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import FREE, GridFrame, OccupancyMap, clearance
-from reward_planner.core.planner_settings import PlannerSettings
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import DrivingSettings, PlannerSettings, VoxelSettings
 from scene_simulator.commands.room import HEIGHTS
 from scene_simulator.room.box_room import points_from_depth
 from scene_simulator.room.room_drive import RoomDrive
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import array_from_compressed_image
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 
 Image = NDArray[np.uint8]
 BAG = Path(__file__).parents[1] / 'bags' / 'room_drive'

@@ -15,7 +15,7 @@ from floor_localizer.survey_files.survey_images import Frame
 from scene_simulator.floor.camera import FloorCamera
 from scene_simulator.floor.dot_floor import DotFloor, FloorDesign, generate_dot_floor
 from scene_simulator.robot.leg_drive import LegDrive
-from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
+from scene_simulator.robot.robot_drive import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 320, 260.0, 260.0, 159.5, 159.5)

@@ -16,15 +16,14 @@ from _figures import count, error, rate
 from _harness import Option, Run, progress, run_benchmark
 from numpy.typing import NDArray
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.depth.trinocular_depth import points_from_depth_image
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import OCCUPIED, UNKNOWN, GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route.route import NoRoute
-from scene_simulator.room.box_room import BoxRoom
-from scene_simulator.room.people import Walker
-from scene_simulator.room.solids import Solids, cast_rays
+from reward_planner.core.settings import DrivingSettings
+from scene_simulator.mission.pedestrians import Walker
+from scene_simulator.room.box_room import BoxRoom, Solids, cast_rays
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 
 PIXELS = ((80, 60), (120, 90), (320, 240), (640, 480))

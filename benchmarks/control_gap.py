@@ -23,7 +23,7 @@ from std_msgs.msg import Header
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import pose_stamped
+from shirube_ros.message_conversion import pose_stamped
 
 RESOLUTION, START, PERIOD = 0.05, SE2(1.0, 1.0, math.pi / 2.0), 0.05
 GRID = np.meshgrid(np.linspace(0.5, 3.0, 80), np.linspace(-1.5, 1.5, 60), 0.0)

@@ -14,8 +14,8 @@ from _figures import count, measured
 from _harness import Option, Run, in_processes, progress, run_benchmark
 
 from reward_planner.core.safety.collision_monitor import CollisionMonitor
+from scene_simulator.room.box_room import Solids
 from scene_simulator.room.room_drive import RoomDrive
-from scene_simulator.room.solids import Solids
 
 SLOWEST = 0.005
 """A robot that is slower stands [m/s]."""

@@ -26,8 +26,7 @@ from _paper_views import CONDITIONS, VIEW_SIZE, PaperView, paper_views
 from _pose_scores import PoseScore, time_answer, time_cells
 from numpy.typing import NDArray
 
-from floor_localizer.files.csv_format import HEADER
-from floor_localizer.files.dot_map_file import load_indexed_map
+from floor_localizer.files.dot_map_file import HEADER, load_indexed_map
 
 DENSITY = 5384.0
 STEP = 2e-5

@@ -20,8 +20,7 @@ from _stereo_scenes import CAMERAS, RIG, Pair, displacement_of, random_offset
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.scene import CorridorScene, Person
 from scene_simulator.corridor.shapes import facing_wall
-from scene_simulator.corridor.stereo_camera import StereoCamera
-from scene_simulator.corridor.stereo_rig import render_pair
+from scene_simulator.corridor.stereo_rig import StereoCamera, render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.settings import PAPER, LandmarkSettings

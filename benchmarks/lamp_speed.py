@@ -16,7 +16,7 @@ from _lamp_pictures import LIGHTS
 from _lamp_room import view_from
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS
-from vlc_beacon.core.authorization.decision import Accepted
+from vlc_beacon.core.authorization.command_authorizer import Accepted
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 

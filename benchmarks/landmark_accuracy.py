@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
+from stereo_landmark.core.place.joint_fit import reproject
 from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
-from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene

@@ -13,7 +13,7 @@ from typing import Any
 from _figures import count, error, measured, rate
 from _harness import MissingError, Option, Run, progress, run_benchmark
 
-from shirube_cli.child_process import child_process
+from shirube_cli.project import child_process
 
 FOLDER = Path('out/missions')
 Summary = dict[str, Any]

@@ -14,19 +14,15 @@ from _figures import count, rate
 from _harness import Option, Run, run_benchmark, use_one_core
 from numpy.typing import NDArray
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.depth_settings import DepthSettings
+from reward_planner.commands.plan import save_picture
 from reward_planner.core.depth.stereo_pair import pair_from_projections
-from reward_planner.core.depth.trinocular_depth import TrinocularDepth
-from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.depth.trinocular_depth import TrinocularDepth, points_from_depth_image
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame, clearance
-from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.files.route_files import save_picture
+from reward_planner.core.settings import DepthSettings, MappingSettings, RewardSettings, VoxelSettings
 from scene_simulator.room.box_room import BoxRoom
-from scene_simulator.room.cameras import CameraRig, render_picture
+from scene_simulator.room.room_drive import CameraRig, render_picture
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 ROOM = BoxRoom(

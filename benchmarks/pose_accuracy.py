@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.fix import Fix
 from scene_simulator.floor.camera import FloorCamera
 from scene_simulator.floor.dot_floor import SURVEY_ERROR
-from scene_simulator.robot.body import apply_body_motion
+from scene_simulator.robot.leg_drive import apply_body_motion
 from shirube_core.geometry import SE2, wrap_angle
 
 PHOTOGRAPHER = FloorCamera(CAMERA)

@@ -15,11 +15,10 @@ from _room_drive import RoomBag, load_room_bag, replay, score, seen_cells
 from _voxel_scenes import add_spurious_depths
 from numpy.typing import NDArray
 
-from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import PairMatcher, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth, depth_from_disparity
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, OccupancyMap
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import DepthSettings, VoxelSettings
 from scene_simulator.room.room_drive import RoomDrive
 
 PHANTOMS, PATCH, PHANTOM_DEPTHS = 0.03, 3, (0.4, 6.0)

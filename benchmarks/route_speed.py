@@ -18,14 +18,12 @@ from grid_maps import GRID_MAPS, maze, random_field, rooms
 from grid_world import GridWorld
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.replanner import MARGIN_CELLS_MIN
 from reward_planner.core.occupancy_map import clearance
-from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.inflation_cost import inflation_costs
-from reward_planner.core.route.route import COST_MAX, NoRoute, Route
+from reward_planner.core.route.route import COST_MAX, NoRoute, Route, inflation_costs
 from reward_planner.core.route.shortest_route import shortest_route
+from reward_planner.core.settings import DrivingSettings, PlannerSettings
 
 SENSOR_RANGE = 6.0
 STEPS_MAX = 1500

@@ -16,9 +16,9 @@ from _mapping_methods import FIRST_TILE, PYOCTOMAP, TILES, Dense, FrameUnion, Me
 from _voxel_scenes import ROOM, moving_poses, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
 
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.rolling_voxel_grid import TILE_SIZE, SensorView
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_core.geometry import SE2
 
 FRACTION = 0.03

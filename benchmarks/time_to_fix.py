@@ -23,7 +23,7 @@ from _peer_tetra3rs import StarSolver
 from _pose_scores import PoseScore, time_answer, time_cells
 from numpy.typing import NDArray
 
-from floor_localizer.core.compile_kernels import compile_kernels
+from floor_localizer.localization.localizer_from_map_file import compile_kernels
 from shirube_core.geometry import SE2
 
 OURS = 'shirube'

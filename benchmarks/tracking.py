@@ -16,10 +16,10 @@ from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_cor
 from _paper_matchers import detected, indexed
 from _paper_views import CAMERA, FLOOR_SIZE, MOUNT, paper_floor, paper_views
 
-from floor_localizer.core.compile_kernels import compile_kernels
 from floor_localizer.core.fix import Fix, NoFix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
+from floor_localizer.localization.localizer_from_map_file import compile_kernels
 from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
 from shirube_core.geometry import SE2, PinholeCamera

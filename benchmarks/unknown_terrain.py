@@ -15,10 +15,10 @@ from movingai_files import load_movingai_map
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from reward_planner.core.planner_settings import RewardSettings, RewardTable
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import NoRoute, route_length
+from reward_planner.core.settings import RewardSettings, RewardTable
 
 SENSOR_RANGE = 6.0
 GIVE_UP = 20.0

@@ -14,12 +14,11 @@ from _mapping_methods import PYOCTOMAP, OctoMap
 from _voxel_scenes import CAMERA, CAMERA_HEIGHT, NEAR_WALL, ROOM, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
 
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
+from reward_planner.core.settings import MappingSettings, VoxelSettings
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.rolling_voxel_grid import FrameWindow, window_around
 from reward_planner.core.voxels.voxel_map import VoxelMap
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom
 from shirube_core.geometry import CameraMount
 

@@ -24,8 +24,8 @@ from reward_planner.commands.plan import main as plan
 from reward_planner.node import RewardPlannerNode
 from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.lockstep import replay_in_lockstep
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.node import node_executor
-from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import map_profile, pose_profile
 from stereo_landmark.commands.teach import main as teach
 from stereo_landmark.node import StereoLandmarkNode

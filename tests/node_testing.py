@@ -26,8 +26,8 @@ from shirube_bags.lockstep import replay_in_lockstep
 from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.free_domain import free_domain
 from shirube_core.geometry import SE2
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.node import node_executor
-from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import pose_profile
 
 TRUTH = '/ground_truth'

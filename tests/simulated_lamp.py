@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simulated_chip import SimulatedChip
 
 from shirube_core.waveform import Waveform
-from vlc_beacon.commands.lamp_port import upload_requests
+from vlc_beacon.commands.encode import upload_requests
 from vlc_beacon.core.transmitter.lamp_frame import frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame
 

@@ -11,9 +11,9 @@ import pytest
 import yaml
 
 from pose_arbiter.core.settings import SourceSettings
-from pose_arbiter.source_parameters import DEFAULT_SOURCES
+from pose_arbiter.node import DEFAULT_SOURCES
 from reward_planner.core.safety.safety_settings import SourceSettings as RangeSourceSettings
-from reward_planner.interface.monitor_settings import DEFAULT_SOURCES as RANGE_SOURCES
+from reward_planner.interface.monitor_inputs import DEFAULT_SOURCES as RANGE_SOURCES
 from shirube_bringup.building import BuildingFiles
 from shirube_bringup.nodes import mission_nodes
 from shirube_cli.settings_of_nodes import SETTINGS_OF_NODES

@@ -19,14 +19,13 @@ from shirube_bags.trajectory_files import load_bag_trajectory, load_tum
 from shirube_core.geometry import SE2
 from shirube_ros.offline.recording import choose_topics
 from vlc_beacon.commands import locate, survey
-from vlc_beacon.commands.locate import locate_bag
-from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
+from vlc_beacon.commands.locate import LocatedImage, locate_bag
+from vlc_beacon.core.authorization.command_authorizer import Accepted, Rejected, RejectionReason
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, ReceiverOutput
 from vlc_beacon.core.settings import AuthorizationSettings
+from vlc_beacon.files.authorization_files import CounterFile
 from vlc_beacon.files.beacons_file import load_beacons
-from vlc_beacon.files.counter_file import CounterFile
-from vlc_beacon.files.pose_table import LocatedImage
 from vlc_beacon.node import VlcBeaconNode
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
 

@@ -10,8 +10,7 @@ from simulated_lamp import TICK_RATE, Light, SimulatedLamp
 
 from shirube_core.waveform import Waveform
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket
 from vlc_beacon.core.packet.packet_reader import Packet
 from vlc_beacon.core.transmitter.lamp_frame import (
     STEP_FRACTION,

@@ -8,8 +8,7 @@ import pytest
 from lamp_frame_reading import frame_from_bytes
 from simulated_lamp import TONE, SimulatedLamp, status_of
 
-from vlc_beacon.core.packet.crc import crc16
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket, crc16
 from vlc_beacon.core.transmitter.lamp_frame import LENGTH_MAX, frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import ufsook_frame
 from vlc_beacon.core.vlc_beacon_error import LampFrameError

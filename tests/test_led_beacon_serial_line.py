@@ -10,11 +10,10 @@ from lamp_frame_reading import waveform_from_frame
 from simulated_lamp import TICK_RATE, TONE, SimulatedLamp, status_of, tone_bytes
 from simulated_terminal import terminal_of
 
-from vlc_beacon.commands.lamp_port import LampPort, upload_requests
+from vlc_beacon.commands.encode import LampPort, upload_requests
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket
 from vlc_beacon.core.transmitter.lamp_frame import LENGTH_MAX, LampFrame, Section, frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import constant_tone_frame, rs_fsk_frame, ufsook_frame
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError

@@ -16,7 +16,7 @@ from shirube_bags.lockstep import replay_in_lockstep
 from shirube_bags.trajectory import make_trajectory
 from shirube_bags.trajectory_files import header_stamp, save_tum
 from shirube_core.geometry import SE2, quaternion_from_yaw
-from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
+from shirube_ros.message_conversion import planar_pose, planar_pose_with_covariance
 from shirube_ros.quality_of_service import odometry_profile
 
 BAG = Path(__file__).parents[1] / 'bags' / 'mission'

@@ -15,9 +15,16 @@ from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.tracker import FloorTracker
 from scene_simulator.commands.lamps import write_beacons
-from scene_simulator.mission.floor import BELLY_MOUNT, surveyed_floor
-from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RADIUS, LAMP_RATE, LAMPS
-from scene_simulator.mission.layout import CARPET
+from scene_simulator.mission.layout import (
+    BELLY_MOUNT,
+    CARPET,
+    CEILING_CAMERA,
+    CEILING_MOUNT,
+    LAMP_RADIUS,
+    LAMP_RATE,
+    LAMPS,
+    surveyed_floor,
+)
 from scene_simulator.mission.sensors import STEREO_RIG
 from shirube_bags.bag_reader import BagReader
 from shirube_bringup.building import teach_places

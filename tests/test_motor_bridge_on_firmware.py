@@ -9,8 +9,7 @@ from simulated_motor_controller import SimulatedMotorController
 
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_protocol import ControllerSetup
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings, Velocity
 from motor_bridge.core.encoder_odometry import EncoderOdometry, OdometryState
 from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
 from motor_bridge.link.controller_session import ControllerSession, LinkReport

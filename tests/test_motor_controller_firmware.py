@@ -10,7 +10,7 @@ import serial
 from simulated_motor_controller import FRAME_SECONDS, SimulatedMotorController
 from simulated_terminal import terminal_of
 
-from motor_bridge.core.checksum import with_checksum, without_checksum
+from motor_bridge.core.controller_protocol import with_checksum, without_checksum
 
 pytestmark = pytest.mark.newest_set_only
 

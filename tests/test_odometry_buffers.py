@@ -6,15 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from floor_localizer.core.settings import TrackerSettings
-from floor_localizer.core.survey.odometry_buffer import SurveyOdometry
 from floor_localizer.core.tracker import PosePredictor
+from floor_localizer.survey_files.survey_source import SurveyOdometry
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import diagonal
 from pose_arbiter.core.settings import ArbiterSettings
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseBuffer
+from reward_planner.core.settings import MappingSettings
 from shirube_core.geometry import SE2
-from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
+from vlc_beacon.core.receiver.beacon_receiver import LampOdometry
 
 pytestmark = pytest.mark.quick
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from node_testing import isolated_graph
 
-from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
 from reward_planner.core.depth.trinocular_depth import TrinocularDepth
+from reward_planner.core.settings import DepthSettings
 from reward_planner.node import RewardPlannerNode
 from scene_simulator.commands.room import RESOLUTION, true_map
 from scene_simulator.room.room_drive import RoomDrive

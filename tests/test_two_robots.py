@@ -16,12 +16,12 @@ from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
 from shirube_bringup.free_domain import free_domain
 from shirube_bringup.nodes import NodeProcesses, NodeSetup, Value
 from shirube_core.geometry import SE2, rotation_matrix
-from shirube_ros.pose_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
+from shirube_ros.message_conversion import planar_pose, pose_stamped, pose_with_covariance_stamped
 
 pytestmark = [pytest.mark.newest_set_only, pytest.mark.timeout(300)]
 

@@ -30,13 +30,13 @@ from shirube_ros.diagnostics import Level, Status
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.node import run_node
-from shirube_ros.pose_conversion import (
+from shirube_ros.message_conversion import (
     base_odometry,
     planar_pose_with_covariance,
     pose_stamped,
     pose_with_covariance_stamped,
 )
+from shirube_ros.node import run_node
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.stamps import StampValidator
 

@@ -12,7 +12,7 @@ from simulated_survey import lane_poses
 from floor_localizer.commands.build_map import main
 from floor_localizer.commands.calibrate_camera import save_intrinsics
 from floor_localizer.core.dots import DotMap
-from floor_localizer.files.csv_format import save_csv
+from floor_localizer.files.dot_map_file import save_csv
 from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.messages import camera_info, compressed_image, odometry

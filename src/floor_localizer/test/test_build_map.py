@@ -8,7 +8,7 @@ from survey_scene import fault_of, folder_options, run
 from floor_localizer.commands.build_map import main
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.survey.map_comparison import compare
-from floor_localizer.files.csv_format import load_csv, save_csv
+from floor_localizer.files.dot_map_file import load_csv, save_csv
 
 
 @pytest.mark.parametrize('source', ['folder', 'bag'])

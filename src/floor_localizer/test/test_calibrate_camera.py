@@ -8,11 +8,10 @@ import yaml
 
 from floor_localizer.commands.calibrate_camera import main, save_intrinsics
 from floor_localizer.core.dots import DotMap
-from floor_localizer.core.mat.random_mat import MatSettings, generate_mat
-from floor_localizer.files.csv_format import save_csv
+from floor_localizer.core.mat.page_layout import MatSettings, generate_mat
+from floor_localizer.files.dot_map_file import save_csv
 from scene_simulator.floor.camera import FloorCamera
-from scene_simulator.floor.dot_floor import DotFloor, FloorDesign
-from scene_simulator.floor.marks import FloorMarks
+from scene_simulator.floor.dot_floor import DotFloor, FloorDesign, FloorMarks
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_rpy
 from shirube_ros.camera.files import load_calibration
 

@@ -14,7 +14,7 @@ from dot_maps import random_map
 from survey_scene import FLAGS, SMALL_SIZE, record_drive
 
 from floor_localizer.commands import build_map, index_map
-from floor_localizer.files.csv_format import save_csv
+from floor_localizer.files.dot_map_file import save_csv
 
 pytest.importorskip('distributed')
 pytestmark = [pytest.mark.newest_set_only, pytest.mark.timeout(300)]

@@ -6,7 +6,7 @@ from dot_maps import random_map
 
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.errors import DotMapError
-from floor_localizer.files.csv_format import load_csv, save_csv
+from floor_localizer.files.dot_map_file import load_csv, save_csv
 from floor_localizer.localization.localizer_from_map_file import DEMO_MAP
 
 LINES = [f'{0.01 * (i % 7):.3f},{0.01 * (i // 7):.3f},0.0025' for i in range(30)]

@@ -7,8 +7,7 @@ from floor_views import CAMERA, MOUNT, is_right, see
 
 from floor_localizer.core.errors import DotMapError
 from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.files.csv_format import save_csv
-from floor_localizer.files.dot_map_file import load_dot_map, load_indexed_map, write_indexed_map
+from floor_localizer.files.dot_map_file import load_dot_map, load_indexed_map, save_csv, write_indexed_map
 from shirube_core.geometry import SE2
 
 

@@ -11,8 +11,7 @@ import pytest
 from dot_maps import random_map
 
 from floor_localizer.commands.index_map import main
-from floor_localizer.files.csv_format import save_csv
-from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
+from floor_localizer.files.dot_map_file import load_dots_and_index, save_csv, write_indexed_map
 from floor_localizer.files.map_building import index_build
 from floor_localizer.files.map_building.index_build import PartSizes
 

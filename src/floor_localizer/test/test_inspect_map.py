@@ -7,8 +7,7 @@ from dot_maps import random_map
 
 from floor_localizer.commands.inspect_map import main
 from floor_localizer.core.dots import DotMap
-from floor_localizer.files.csv_format import save_csv
-from floor_localizer.files.dot_map_file import load_dot_map
+from floor_localizer.files.dot_map_file import load_dot_map, save_csv
 
 
 @pytest.fixture

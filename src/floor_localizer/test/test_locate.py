@@ -11,7 +11,7 @@ from survey_scene import STEP_NS, write_image
 from floor_localizer.commands.calibrate_camera import save_intrinsics
 from floor_localizer.commands.locate import main
 from floor_localizer.core.dots import DotMap
-from floor_localizer.files.csv_format import save_csv
+from floor_localizer.files.dot_map_file import save_csv
 from scene_simulator.floor.camera import PAPER_CAMERA, FloorCamera
 from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
 from scene_simulator.messages import odometry

@@ -29,7 +29,7 @@ from floor_localizer.localization.visualization import delete_markers, dot_marke
 from floor_localizer.node import FloorLocalizerNode, main
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.camera.image import image_from_array
-from shirube_ros.pose_conversion import odometry_message, planar_pose, pose_with_covariance_stamped
+from shirube_ros.message_conversion import odometry_message, planar_pose, pose_with_covariance_stamped
 
 PIXELS = np.random.default_rng(4).integers(0, 256, (235, 235), dtype=np.uint8)
 INFO = CameraInfo(width=235, height=235, k=[339.44, 0.0, 117.0, 0.0, 339.44, 117.0, 0.0, 0.0, 1.0])

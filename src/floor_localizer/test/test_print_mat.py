@@ -6,7 +6,7 @@ from pdf_dots import PdfPage, read_pages
 from scipy.spatial import cKDTree
 
 from floor_localizer.commands.print_mat import main
-from floor_localizer.files.csv_format import load_csv
+from floor_localizer.files.dot_map_file import load_csv
 
 MARGIN = 12.0
 

@@ -10,22 +10,24 @@ from rclpy.qos import DurabilityPolicy
 from rclpy.subscription import Subscription
 from std_msgs.msg import Bool
 
-from motor_bridge.bridge_report import bridge_status
 from motor_bridge.command_inputs import CommandInputs
 from motor_bridge.core.base_drive import BaseDrive
 from motor_bridge.core.controller_protocol import ControllerSetup
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
-from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.emergency_stop import EmergencyStop
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings, Velocity
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
-from motor_bridge.estop_file import estop_file, is_stop_kept, keep_stop
-from motor_bridge.link.controller_session import ControllerSession, LinkReport
-from motor_bridge.link.motor_loop import MotorLoop
+from motor_bridge.link.controller_session import ControllerSession, LinkReport, MotorLoop
 from motor_bridge.link.serial_port import SerialPort
+from motor_bridge.node_output import (
+    EmergencyStop,
+    OdometryPublisher,
+    bridge_status,
+    estop_file,
+    is_stop_kept,
+    keep_stop,
+)
 from motor_bridge.node_settings import NodeSettings
-from motor_bridge.odometry_publisher import OdometryPublisher
 from shirube_ros.callback_guard import create_trigger_service
 from shirube_ros.diagnostics import Status
 from shirube_ros.input_watch import Need

@@ -3,7 +3,7 @@
 import numpy as np
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 
 
 class EmulatedLine:

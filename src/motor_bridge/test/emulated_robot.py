@@ -15,11 +15,10 @@ from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FaultRequest, LineFaults
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
+from motor_bridge.emulator.firmware import EmulatorSettings
+from motor_bridge.emulator.pseudo_terminal import FaultRequest, LineFaults, PseudoTerminal, RealTimeStepper
 from motor_bridge.node import MotorBridgeNode
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 
 SETTINGS = EmulatorSettings(encoder_noise=0.3, slip_sigma=0.0, boot_time=0.3)
 

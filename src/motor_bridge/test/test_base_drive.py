@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from motor_bridge.core.base_drive import BaseDrive, TickAccumulator, clamp_ticks
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings, Velocity
 
 PERIOD = 1.0 / 30.0
 SETTINGS = DriveSettings()

@@ -11,7 +11,7 @@ import yaml
 
 from motor_bridge.commands import calibrate
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 
 CONFIG = Path(__file__).resolve().parents[3] / 'config' / 'motor_bridge.yaml'

@@ -6,7 +6,7 @@ import pytest
 from motor_bridge.core.calibration import MeasuredRun, calibrate_wheels
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 
 N = 1440
 

@@ -2,10 +2,9 @@ import math
 
 import pytest
 
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity, check_velocity
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings, Velocity, check_velocity
+from motor_bridge.core.encoder_odometry import velocity_from_distances
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.core.wheel_odometry import velocity_from_distances
 
 SETTINGS = DriveSettings()
 BASE = DiffDriveKinematics(SETTINGS)

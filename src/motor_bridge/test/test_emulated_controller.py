@@ -7,7 +7,7 @@ import pytest
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from shirube_core.geometry import SE2
 
 EXACT = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from motor_bridge.core.controller_protocol import WheelCounts
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings
 from motor_bridge.core.encoder_monitor import RESTART_COUNT, CountStatus, count_difference
 from motor_bridge.core.encoder_odometry import EncoderOdometry
 

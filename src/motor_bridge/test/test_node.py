@@ -14,7 +14,7 @@ from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.node import MotorBridgeNode, main
 from shirube_core.settings import SettingsError
 from shirube_ros import input_watch
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 
 pytestmark = pytest.mark.newest_set_only
 

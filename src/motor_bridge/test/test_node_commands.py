@@ -10,7 +10,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Bool
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-from motor_bridge.estop_file import estop_file, is_stop_kept, keep_stop
+from motor_bridge.node_output import estop_file, is_stop_kept, keep_stop
 from shirube_ros.quality_of_service import map_profile
 
 pytestmark = pytest.mark.newest_set_only

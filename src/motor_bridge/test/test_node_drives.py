@@ -6,7 +6,7 @@ from builtin_interfaces.msg import Time
 from emulated_robot import Robot
 from rosgraph_msgs.msg import Clock
 
-from shirube_ros.pose_conversion import planar_pose, planar_pose_with_covariance
+from shirube_ros.message_conversion import planar_pose, planar_pose_with_covariance
 
 
 def test_velocities_drive_and_odometry_follows(robot):

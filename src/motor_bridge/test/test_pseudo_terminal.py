@@ -10,9 +10,15 @@ import serial
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from motor_bridge.emulator.line_faults import FAULTS, FaultRequest, LineFaults, parse_fault_request
-from motor_bridge.emulator.pseudo_terminal import PseudoTerminal, RealTimeStepper
+from motor_bridge.emulator.firmware import EmulatorSettings
+from motor_bridge.emulator.pseudo_terminal import (
+    FAULTS,
+    FaultRequest,
+    LineFaults,
+    PseudoTerminal,
+    RealTimeStepper,
+    parse_fault_request,
+)
 
 pytestmark = pytest.mark.newest_set_only
 

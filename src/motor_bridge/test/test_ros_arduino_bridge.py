@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 from emulated_line import EmulatedLine
 
-from motor_bridge.core.checksum import crc8, with_checksum, without_checksum
-from motor_bridge.core.controller_protocol import BadReplyError, ControllerSetup, WheelCounts
+from motor_bridge.core.controller_protocol import (
+    BadReplyError,
+    ControllerSetup,
+    WheelCounts,
+    crc8,
+    with_checksum,
+    without_checksum,
+)
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.ros_arduino_bridge import (
     RosArduinoBridge,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from motor_bridge.command_inputs import MIXED_TIME, SenderMonitor
 from motor_bridge.core.diff_drive_kinematics import Velocity
-from motor_bridge.core.sender_monitor import MIXED_TIME, SenderMonitor
 
 
 def is_mixed(commands):

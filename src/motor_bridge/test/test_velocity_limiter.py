@@ -5,9 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from motor_bridge.core.diff_drive_kinematics import Velocity
-from motor_bridge.core.drive_settings import DriveSettings
-from motor_bridge.core.velocity_limiter import STEP, VelocityLimiter
+from motor_bridge.core.base_drive import STEP, VelocityLimiter
+from motor_bridge.core.diff_drive_kinematics import DriveSettings, Velocity
 
 SETTINGS = DriveSettings()
 LIMITS = (

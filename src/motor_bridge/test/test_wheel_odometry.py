@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 
-from motor_bridge.core.wheel_odometry import WheelOdometry, velocity_from_distances
+from motor_bridge.core.encoder_odometry import WheelOdometry, velocity_from_distances
 from shirube_core.geometry import SE2
 
 B = 0.2

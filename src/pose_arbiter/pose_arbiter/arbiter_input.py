@@ -10,14 +10,14 @@ from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
 from pose_arbiter.core.kalman_filter import Covariance
-from pose_arbiter.core.measurement import RejectReason
 from pose_arbiter.core.settings import SourceSettings
+from pose_arbiter.core.source_state import RejectReason
 from pose_arbiter.node_settings import NodeSettings
 from shirube_ros.errors import FrameError, MessageError
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 
 ODOMETRY, INITIAL_POSE = 'odom', 'initialpose'

@@ -12,7 +12,7 @@ from std_srvs.srv import Trigger
 
 from pose_arbiter.node import PoseArbiterNode
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import odometry_message, pose_stamped, pose_with_covariance_stamped
+from shirube_ros.message_conversion import odometry_message, pose_stamped, pose_with_covariance_stamped
 
 START = 100.0
 NOISE = np.diag([1e-4, 1e-4, 1e-4])

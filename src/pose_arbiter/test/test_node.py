@@ -14,9 +14,9 @@ from memory_tf import MemoryTf
 from node_testing import isolated_graph
 from rclpy.node import Node
 
-from pose_arbiter.core.localization_status import LocalizationStatus
+from pose_arbiter.core.arbiter import LocalizationStatus
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import pose_with_covariance_stamped
+from shirube_ros.message_conversion import pose_with_covariance_stamped
 
 
 def test_two_sources_and_odometry_become_one_pose_fifty_times_a_second(graph):

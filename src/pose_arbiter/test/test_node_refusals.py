@@ -12,7 +12,7 @@ from pose_arbiter.node import PoseArbiterNode, main
 from shirube_core.geometry import SE2
 from shirube_core.settings import SettingsError
 from shirube_ros import input_watch
-from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
+from shirube_ros.message_conversion import pose_stamped, pose_with_covariance_stamped
 
 pytestmark = pytest.mark.newest_set_only
 

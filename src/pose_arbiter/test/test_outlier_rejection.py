@@ -19,11 +19,10 @@ from short_drive import (
     true_pose,
 )
 
-from pose_arbiter.core.arbiter import OPERATOR
+from pose_arbiter.core.arbiter import OPERATOR, LocalizationStatus, localization_status
 from pose_arbiter.core.kalman_filter import diagonal
-from pose_arbiter.core.localization_status import LocalizationStatus, localization_status
-from pose_arbiter.core.measurement import MeasurementStatus
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
+from pose_arbiter.core.source_state import MeasurementStatus
 from shirube_core.geometry import SE2
 
 

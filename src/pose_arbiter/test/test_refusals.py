@@ -8,7 +8,7 @@ from short_drive import BEGIN, ODOMETRY, SECOND, add_messages, messages, new_arb
 
 from pose_arbiter.core.arbiter import OPERATOR
 from pose_arbiter.core.kalman_filter import diagonal
-from pose_arbiter.core.measurement import RejectReason
+from pose_arbiter.core.source_state import RejectReason
 from shirube_core.geometry import SE2
 
 NAN, INF = math.nan, math.inf

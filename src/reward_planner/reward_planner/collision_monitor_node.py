@@ -14,14 +14,13 @@ from reward_planner.core.safety.collision_monitor import Action, CollisionMonito
 from reward_planner.core.safety.compile_kernels import compile_kernels
 from reward_planner.core.safety.footprint import convex_hull
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
-from reward_planner.interface.monitor_inputs import MonitorInput
-from reward_planner.interface.monitor_settings import MonitorNodeSettings, declare_sources
+from reward_planner.interface.monitor_inputs import MonitorInput, MonitorNodeSettings, declare_sources
 from shirube_core.geometry import SE2
 from shirube_ros.diagnostics import Level, Status
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.node import run_node
-from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.velocity_publisher import VelocityPublisher
 

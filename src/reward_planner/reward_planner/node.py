@@ -8,24 +8,25 @@ from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import Header, String
 
 from reward_planner.core.compile_kernels import compile_kernels
-from reward_planner.core.driving.drive_state import DriveCommand, DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState, Velocity
 from reward_planner.core.driving.light_command import parse_light_command
 from reward_planner.core.driving.recovery import parse_recovery
-from reward_planner.core.driving.velocity_smoother import Velocity
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings, check_planner_settings
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import (
+    DrivingSettings,
+    MappingSettings,
+    PlannerSettings,
+    RewardSettings,
+    VoxelSettings,
+    check_planner_settings,
+)
 from reward_planner.core.voxels.rolling_voxel_grid import check_voxel_settings
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.interface.compute_path_server import create_compute_path_server
+from reward_planner.interface.compute_path_server import PlanningThread, create_compute_path_server
 from reward_planner.interface.map_server import MapServer, load_static_map
 from reward_planner.interface.navigation_server import NavigationServer
-from reward_planner.interface.planner_report import PlannerReport
-from reward_planner.interface.planning_thread import PlanningThread
-from reward_planner.interface.route_publisher import RoutePublisher
+from reward_planner.interface.planner_output import PlannerReport, RoutePublisher
 from reward_planner.interface.sensor_inputs import DepthInput, PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings, check_source
 from shirube_core.geometry import SE2
@@ -34,8 +35,8 @@ from shirube_ros.diagnostics import Status
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
+from shirube_ros.message_conversion import planar_pose
 from shirube_ros.node import run_node
-from shirube_ros.pose_conversion import planar_pose
 from shirube_ros.quality_of_service import pose_profile
 from shirube_ros.stamps import StampSynchronizer, StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field
 
-from reward_planner.core.depth.depth_settings import DepthSettings, check_matcher_settings
+from reward_planner.core.settings import DepthSettings, check_matcher_settings
 from shirube_core.settings import setting
 from shirube_ros.camera.settings import CameraSettings
 

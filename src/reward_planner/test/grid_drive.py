@@ -8,10 +8,9 @@ from simulated_robot import MotorLimits, SimulatedRobot
 
 from reward_planner.core.driving.drive_controller import DriveController
 from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, clearance
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
+from reward_planner.core.settings import DrivingSettings, PlannerSettings, RewardSettings
 from shirube_core.geometry import SE2
 
 TICK = 0.05

@@ -5,7 +5,7 @@ from functools import lru_cache
 import numpy as np
 
 from scene_simulator.room.box_room import BoxRoom, forward_camera
-from scene_simulator.room.cameras import render_picture
+from scene_simulator.room.room_drive import render_picture
 from shirube_core.geometry import PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 262.5, 262.5, 159.5, 119.5)

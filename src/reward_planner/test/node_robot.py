@@ -15,7 +15,7 @@ from std_srvs.srv import Trigger
 from reward_planner.node import RewardPlannerNode
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, PinholeCamera
-from shirube_ros.pose_conversion import pose_stamped
+from shirube_ros.message_conversion import pose_stamped
 
 CAMERA = PinholeCamera(80, 60, 60.0, 60.0, 39.5, 29.5)
 ROOM = BoxRoom((-1.0, -2.0, 0.0, 5.0, 2.0, 2.5), ((1.6, -0.4, 0.0, 2.0, 0.5, 1.0),))

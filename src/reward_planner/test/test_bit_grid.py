@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.route.bit_grid import MARGIN, pack_grid, scan_down, scan_up
+from reward_planner.core.route.jump_points import MARGIN, pack_grid, scan_down, scan_up
 
 
 def bits_of(lines: np.ndarray) -> np.ndarray:

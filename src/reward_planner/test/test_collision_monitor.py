@@ -10,9 +10,8 @@ from reward_planner.core.safety.collision_monitor import Action, CollisionMonito
 from reward_planner.core.safety.range_frame import depth_rays, range_frame
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
 from reward_planner.core.safety.stopping_motion import STEP, BaseDynamics, BaseMotion, stopping_path
-from scene_simulator.room.box_room import BoxRoom
-from scene_simulator.room.people import Walker
-from scene_simulator.room.solids import Solids, cast_rays
+from scene_simulator.mission.pedestrians import Walker
+from scene_simulator.room.box_room import BoxRoom, Solids, cast_rays
 from shirube_core.geometry import SE2, PinholeCamera
 
 ANGLES = np.linspace(-1.0, 1.0, 240)

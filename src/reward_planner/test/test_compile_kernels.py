@@ -8,7 +8,7 @@ import pytest
 
 from reward_planner.core.compile_kernels import compile_kernels
 from reward_planner.core.navigator import NavigatorSettings
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import VoxelSettings
 from shirube_core.geometry import CameraMount
 
 

@@ -13,12 +13,12 @@ from reward_planner.core.navigator import Navigator, NavigatorSettings
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.route import NoRoute
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.interface.compute_path_server import create_compute_path_server, handle_request
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.errors import FrameError
-from shirube_ros.pose_conversion import planar_pose, pose_stamped
+from shirube_ros.message_conversion import planar_pose, pose_stamped
 
 HEADER = Header(frame_id='map')
 CODES = {

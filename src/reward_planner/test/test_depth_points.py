@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from l_rig import CAMERA, true_depth
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.depth.trinocular_depth import points_from_depth_image
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import VoxelSettings
 from shirube_core.geometry import PinholeCamera
 
 

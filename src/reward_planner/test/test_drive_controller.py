@@ -18,13 +18,12 @@ from grid_drive import (
 )
 from grid_maps import maze, random_field, rooms, warehouse
 
-from reward_planner.core.costmap_masks import CostmapMasks, SpeedMask
 from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.mapping.global_map import LocalMap
+from reward_planner.core.mapping.global_map import CostmapMasks, LocalMap, SpeedMask
 from reward_planner.core.occupancy_map import OccupancyMap, clearance
 from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.shortest_route import shortest_route
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
 
 WORLDS = {

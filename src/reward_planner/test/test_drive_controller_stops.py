@@ -5,9 +5,8 @@ import math
 import pytest
 from grid_drive import GridDrive, goal_at, hall, hall_drive, is_stopped
 
-from reward_planner.core.driving.drive_state import DriveState
+from reward_planner.core.driving.drive_state import DriveState, Velocity
 from reward_planner.core.driving.light_command import LightCommand
-from reward_planner.core.driving.velocity_smoother import Velocity
 from shirube_core.geometry import SE2
 
 

@@ -9,10 +9,10 @@ import pytest
 from slow_voxels import cells_as_voxels, centre_of, voxel_of, voxels_on_segment
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels import frame_voxels
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.rolling_voxel_grid import SensorView
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 

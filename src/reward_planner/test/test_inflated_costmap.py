@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.costmap_masks import CostmapMasks
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
-from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.mapping.global_map import CostmapMasks, GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame, OccupancyMap
-from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.route import COST_MAX, LETHAL
+from reward_planner.core.settings import PlannerSettings
 
 
 def seen(rng, column, row, share):

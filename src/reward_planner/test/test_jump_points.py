@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.route.bit_grid import pack_grid
 from reward_planner.core.route.jump_points import (
     is_blocked,
     jump_along_column,
     jump_along_row,
     jump_diagonally,
+    pack_grid,
     successors,
     successors_of_start,
 )

@@ -5,11 +5,11 @@ import re
 import numpy as np
 import pytest
 
-from reward_planner.core.costmap_masks import CostmapMasks
+from reward_planner.core.mapping.global_map import CostmapMasks
 from reward_planner.core.navigator import Navigator, NavigatorSettings
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from reward_planner.interface.map_server import load_masks, load_static_map
 from reward_planner.node_settings import NodeSettings

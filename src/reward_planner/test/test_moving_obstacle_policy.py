@@ -6,7 +6,7 @@ import pytest
 from grid_drive import RADIUS, TICK, GridDrive, goal_at, hall
 
 from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.moving_obstacle import MovingObstacle
+from reward_planner.core.driving.moving_obstacle_policy import MovingObstacle
 from shirube_core.geometry import SE2
 
 BODY = 0.25  # radius of a person [m]

@@ -5,14 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.mapping.moving_points import MovingPoints
+from reward_planner.core.mapping.obstacle_mapper import MovingPoints
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
 from reward_planner.core.safety.cluster_tracker import ClusterTracker
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.room.box_room import BoxRoom
-from scene_simulator.room.people import Walker
-from scene_simulator.room.solids import Solids, cast_rays
+from reward_planner.core.settings import VoxelSettings
+from scene_simulator.mission.pedestrians import Walker
+from scene_simulator.room.box_room import BoxRoom, Solids, cast_rays
 from shirube_core.geometry import SE2, CameraMount
 
 MOUNT = CameraMount((0.1, 0.0, 0.4), (-math.pi / 2.0, 0.0, -math.pi / 2.0))

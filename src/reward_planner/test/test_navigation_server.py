@@ -9,7 +9,7 @@ from rclpy.action import CancelResponse, GoalResponse
 
 from reward_planner.interface import compute_path_server, navigation_server
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import pose_stamped
+from shirube_ros.message_conversion import pose_stamped
 
 PLANNER = {'NONE': 0, 'UNKNOWN': 200, 'TF_ERROR': 202, 'GOAL_OUTSIDE_MAP': 204, 'NO_VALID_PATH': 208}
 CONTROLLER = {

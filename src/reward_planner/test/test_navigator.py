@@ -8,13 +8,12 @@ from simulated_robot import MotorLimits, SimulatedRobot
 
 from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.mapping.global_map import LocalMap
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import DropReason, PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import DrivingError, RewardPlannerError
 from reward_planner.core.route.route import NoRoute
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import MappingSettings, VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, add_disparity_noise, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 

@@ -17,7 +17,7 @@ from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import save_occupancy_map
 from reward_planner.node import RewardPlannerNode, main
 from shirube_core.geometry import SE2
-from shirube_ros.pose_conversion import pose_stamped
+from shirube_ros.message_conversion import pose_stamped
 
 pytestmark = pytest.mark.newest_set_only
 

@@ -8,13 +8,12 @@ import pytest
 from scipy.ndimage import minimum_filter
 
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper, project_voxels
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import MappingSettings, VoxelSettings
 from reward_planner.core.voxels.rolling_voxel_grid import SensorView
 from reward_planner.core.voxels.voxel_map import VoxelMap
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 

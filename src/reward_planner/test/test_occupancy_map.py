@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap, clearance
-from reward_planner.core.planner_settings import PlannerSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.route.inflation_cost import inflation_costs
-from reward_planner.core.route.route import LETHAL
+from reward_planner.core.route.route import LETHAL, inflation_costs
+from reward_planner.core.settings import PlannerSettings
 
 
 def test_what_is_unknown_is_not_occupied() -> None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from reward_planner.core.route.open_list import pop_first, push
+from reward_planner.core.route.shortest_route import pop_first, push
 
 
 def test_cells_come_out_in_the_order_of_their_keys() -> None:

@@ -8,17 +8,13 @@ import pytest
 from grid_drive import GridDrive, goal_at, hall
 from test_navigator import ROOMS, SETTINGS, RoomDrive
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import pair_from_projections
-from reward_planner.core.depth.trinocular_depth import TrinocularDepth
+from reward_planner.core.depth.trinocular_depth import TrinocularDepth, points_from_depth_image
 from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.navigator import NavigatorSettings
 from reward_planner.core.occupancy_map import FREE, OCCUPIED
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from scene_simulator.room.cameras import CameraRig, render_picture
+from reward_planner.core.settings import DepthSettings, DrivingSettings, PlannerSettings, RewardSettings, VoxelSettings
+from scene_simulator.room.room_drive import CameraRig, render_picture
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 PAPER = NavigatorSettings(

@@ -5,10 +5,9 @@ import pytest
 from scipy.ndimage import binary_dilation, minimum_filter
 from test_obstacle_mapper import CAMERA, MOUNT, ROOM, circle, points_at
 
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.occupancy_map import FREE, OCCUPIED
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
+from reward_planner.core.settings import MappingSettings, VoxelSettings
 from shirube_core.geometry import SE2
 
 AHEAD = SE2(-2.0, 0.0, 0.0)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.drive_state import Velocity, VelocitySmoother
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.path_following import (
     braking_speed_limit,
@@ -15,9 +15,9 @@ from reward_planner.core.driving.path_following import (
     turn_rate_for_angle,
     velocity_towards,
 )
-from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
 
 CORNER = np.array([(0.1 * k, 0.0) for k in range(11)] + [(1.0, 0.1 * k) for k in range(1, 11)])

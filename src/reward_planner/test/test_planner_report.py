@@ -4,7 +4,7 @@ import numpy as np
 
 from reward_planner.core.driving.drive_state import DriveCommand, DriveState
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
-from reward_planner.interface.planner_report import PlannerReport
+from reward_planner.interface.planner_output import PlannerReport
 from shirube_core.geometry import SE2, CameraMount
 from shirube_ros.diagnostics import Level
 from shirube_ros.stamps import StampSynchronizer

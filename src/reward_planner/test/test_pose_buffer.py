@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.pose_buffer import DropReason, PoseBuffer, PoseMessageFilter, PoseStatus
+from reward_planner.core.settings import MappingSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import NoPoseReason
 

@@ -8,12 +8,12 @@ import pytest
 from grid_drive import RADIUS, GridDrive, goal_at, hall, is_stopped
 
 from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.path_following import CELL_MARGIN
 from reward_planner.core.driving.recovery import free_distance_behind, parse_recovery
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import DrivingError
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
 
 

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.costmap_masks import CostmapMasks
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.replanner import Replanner, escape_path, path_length
-from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
+from reward_planner.core.mapping.global_map import CostmapMasks, GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame, OccupancyMap, clearance
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.route.route import NoRoute
 from reward_planner.core.safety.footprint import Footprint
+from reward_planner.core.settings import DrivingSettings, PlannerSettings, RewardSettings
 from shirube_core.geometry import SE2
 
 FRAME = GridFrame(-1.0, -4.0, 0.1, 100, 80)

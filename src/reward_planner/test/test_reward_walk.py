@@ -5,9 +5,9 @@ import pytest
 from grid_maps import GRID_MAPS, maze
 from grid_world import distances_from, is_traversable
 
-from reward_planner.core.planner_settings import RewardSettings
 from reward_planner.core.reward.reward_walk import RewardWalk, reward_route
 from reward_planner.core.route.route import NoRoute
+from reward_planner.core.settings import RewardSettings
 
 
 def go(blocked, start, goal, settings, steps_max=3000) -> list[tuple[int, int]]:

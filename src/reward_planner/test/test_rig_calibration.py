@@ -8,9 +8,9 @@ import pytest
 import yaml
 
 from reward_planner.commands.calibrate_rig import main as calibrate_rig_command
-from reward_planner.core.depth.depth_points import points_from_depth_image
 from reward_planner.core.depth.rig_calibration import CalibratedCamera, calibrate_rig, misalignment, rectify_rig
 from reward_planner.core.depth.stereo_pair import pair_from_projections
+from reward_planner.core.depth.trinocular_depth import points_from_depth_image
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from shirube_ros.camera.files import load_calibration

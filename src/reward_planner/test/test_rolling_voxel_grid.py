@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
+from reward_planner.core.depth.trinocular_depth import points_from_depth_image
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.rolling_voxel_grid import (
     NO_TILE,
     TILE_SIZE,
@@ -18,7 +19,6 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     window_around,
     window_shape,
 )
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom, forward_camera
 from shirube_core.geometry import PinholeCamera
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
+from reward_planner.commands.plan import draw_route, save_route_table
 from reward_planner.core.occupancy_map import GridFrame, OccupancyMap
-from reward_planner.files.route_files import draw_route, save_route_table
 
 
 def test_every_kind_of_cell_has_its_colour_and_the_highest_row_is_above() -> None:

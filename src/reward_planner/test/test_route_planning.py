@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from grid_drive import GridDrive, goal_at, hall, is_stopped, wall_with_door
 
-from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.thin_path import thin_path
-from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
+from reward_planner.core.driving.drive_state import DriveState, Velocity, VelocitySmoother
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.occupancy_map import OCCUPIED
+from reward_planner.core.route.route import thin_path
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
 
 

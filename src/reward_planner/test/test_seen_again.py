@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.depth.trinocular_depth import points_from_depth_image
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
+from reward_planner.core.settings import MappingSettings, VoxelSettings
 from reward_planner.core.voxels.seen_again import ray_image
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import BoxRoom
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 

@@ -10,8 +10,8 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import DepthSettings
 from reward_planner.interface.sensor_inputs import PointsInput, TrinocularInput
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import CameraMount

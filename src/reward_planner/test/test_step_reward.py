@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.planner_settings import RewardSettings, RewardTable
 from reward_planner.core.reward.reward_walk import RewardWalk
 from reward_planner.core.reward.step_reward import StepReward
+from reward_planner.core.settings import RewardSettings, RewardTable
 
 FREE = np.zeros((20, 20), dtype=bool)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from l_rig import CAMERA, picture, projection, true_depth
 
-from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import PairMatcher, StereoPair, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import depth_from_disparity
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import DepthSettings
 from shirube_core.geometry import PinholeCamera
 
 

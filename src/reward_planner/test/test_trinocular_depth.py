@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from l_rig import BASELINE, CAMERA, picture, projection, true_depth
 
-from reward_planner.core.depth.depth_settings import DepthSettings
 from reward_planner.core.depth.stereo_pair import PairMatcher, StereoPair, pair_from_projections
 from reward_planner.core.depth.trinocular_depth import (
     BOTH,
@@ -20,6 +19,7 @@ from reward_planner.core.depth.trinocular_depth import (
     depth_from_disparity,
 )
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import DepthSettings
 
 TSUKUBA = Path(os.environ.get('SHIRUBE_DATA', 'not given')) / 'planner' / 'tsukuba'
 RIGHT = pair_from_projections(projection(), projection(x=BASELINE))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
+from reward_planner.core.driving.drive_state import Velocity, VelocitySmoother
+from reward_planner.core.settings import DrivingSettings
 
 SETTINGS = DrivingSettings(max_linear_jerk=2.0)
 STEP = 0.02

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.planner_settings import RewardTable
+from reward_planner.core.reward.reward_walk import best_steps, choose_step, virtual_path_length
 from reward_planner.core.reward.step_reward import STEPS, RewardRule
-from reward_planner.core.reward.virtual_search import best_steps, choose_step, virtual_path_length
 from reward_planner.core.route.route import STRAIGHT
+from reward_planner.core.settings import RewardTable
 
 RULE = RewardRule((4, 7), RewardTable().reward_values(), is_counted=True)
 

@@ -7,6 +7,7 @@ import pytest
 from slow_voxels import cells_as_voxels
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, FrameWindow, SensorView
 from reward_planner.core.voxels.voxel_map import (
@@ -16,7 +17,6 @@ from reward_planner.core.voxels.voxel_map import (
     counts_over_maximum,
     touched_tiles,
 )
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from scene_simulator.room.box_room import Box, BoxRoom, forward_camera, points_from_depth
 from shirube_core.geometry import PinholeCamera
 

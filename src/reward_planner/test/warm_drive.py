@@ -18,10 +18,8 @@ sys.path.append(str(Path(__file__).parents[3] / 'tests'))
 from test_navigator import MOUNT, ROOMS, SETTINGS, RoomDrive
 
 from reward_planner.core.compile_kernels import compile_kernels
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.depth_settings import DepthSettings
-from reward_planner.core.depth.trinocular_depth import TrinocularRig
-from reward_planner.core.planner_settings import PlannerSettings
+from reward_planner.core.depth.trinocular_depth import TrinocularRig, points_from_depth_image
+from reward_planner.core.settings import DepthSettings, PlannerSettings
 from scene_simulator.room.box_room import BoxRoom
 from shirube_core.geometry import SE2
 

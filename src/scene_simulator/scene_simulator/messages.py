@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from scene_simulator.robot.body import TiltReading
+from scene_simulator.robot.leg_drive import TiltReading
 from shirube_bags.bag_reader import jazzy_types
 from shirube_core.geometry import SE2, PinholeCamera, quaternion_from_yaw
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scene_simulator.ceiling.paper_run import paper_run
+from scene_simulator.ceiling.lamp_drive import paper_run
 from scene_simulator.commands import corridor, floor, lamps, room
 from scene_simulator.commands.recording import START_NS
 from scene_simulator.corridor.stereo_drive import make_corridor_drive

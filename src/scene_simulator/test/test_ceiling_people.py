@@ -7,8 +7,7 @@ import pytest
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera, CeilingPhoto
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc
-from scene_simulator.ceiling.people import Person
-from scene_simulator.ceiling.room import CeilingRoom
+from scene_simulator.ceiling.room import CeilingRoom, Person
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import camera_pose
 from shirube_core.geometry import SE2, PinholeCamera

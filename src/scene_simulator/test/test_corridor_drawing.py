@@ -9,7 +9,7 @@ import pytest
 from scene_simulator.corridor.drawing import ADVANCE, Drawing, circle, text_strokes
 from scene_simulator.corridor.shapes import CorridorLight, Paint, facing_wall
 from scene_simulator.corridor.walls import CorridorShell
-from scene_simulator.floor.marks import polygon_areas
+from scene_simulator.floor.dot_floor import polygon_areas
 
 LETTERS = '0123456789ABCDEFGHIKLMNOPRSTUVWXY'
 

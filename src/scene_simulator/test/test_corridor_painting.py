@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from scene_simulator.corridor.painting import SAMPLES, paint_outline, plaster
-from scene_simulator.floor.marks import polygon_areas, random_chips
+from scene_simulator.floor.dot_floor import polygon_areas, random_chips
 from scene_simulator.floor.view import paint_polygons
 
 

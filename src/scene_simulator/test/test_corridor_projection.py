@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.corridor.projection import project_outline, view_planes
-from scene_simulator.floor.marks import polygon_areas
+from scene_simulator.corridor.scene import project_outline, view_planes
+from scene_simulator.floor.dot_floor import polygon_areas
 from shirube_core.geometry import PinholeCamera
 
 PLAIN = PinholeCamera(320, 240, 300.0, 310.0, 158.0, 121.0)

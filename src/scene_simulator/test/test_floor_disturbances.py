@@ -21,8 +21,7 @@ from scene_simulator.floor.disturbances import (
     hairs,
     scratches,
 )
-from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor
-from scene_simulator.floor.marks import polygon_areas
+from scene_simulator.floor.dot_floor import FloorDesign, generate_dot_floor, polygon_areas
 from scene_simulator.imaging.sensors import Lighting
 from shirube_core.geometry import SE2
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from scene_simulator.floor.marks import polygon_areas, polygon_centroids, random_chips, random_ribbons
+from scene_simulator.floor.dot_floor import polygon_areas, polygon_centroids, random_chips, random_ribbons
 from scene_simulator.floor.view import paint_polygons
 
 

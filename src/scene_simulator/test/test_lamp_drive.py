@@ -8,12 +8,11 @@ import pytest
 from simulated_robot import SimulatedRobot
 
 from scene_simulator.ceiling.camera import CeilingCamera
-from scene_simulator.ceiling.lamp_drive import LampDrive
-from scene_simulator.ceiling.paper_run import paper_room
+from scene_simulator.ceiling.lamp_drive import LampDrive, paper_room
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
-from scene_simulator.robot.wheel_odometry import WheelErrors
+from scene_simulator.robot.robot_drive import WheelErrors
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.corridor.shapes import CorridorLight, shape_table
-from scene_simulator.corridor.stereo_camera import StereoCamera, StereoOptics
-from scene_simulator.corridor.stereo_rig import FORWARD_MOUNT, render_pair
+from scene_simulator.corridor.stereo_rig import FORWARD_MOUNT, StereoCamera, StereoOptics, render_pair
 from scene_simulator.corridor.walls import RoomShell
 from scene_simulator.imaging.exposure import camera_pose
 from scene_simulator.mission.landmarks import (

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from scene_simulator.errors import SceneError
-from scene_simulator.mission.lamps import CEILING_MOUNT
 from scene_simulator.mission.layout import (
+    CEILING_MOUNT,
     PASSAGE,
     ROBOT_HEIGHT,
     ROBOT_RADIUS,

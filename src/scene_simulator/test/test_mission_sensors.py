@@ -5,8 +5,17 @@ import pytest
 
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import camera_pose
-from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, DARK_LAMPS, LAMPS, lamps_near, mission_ceiling
-from scene_simulator.mission.layout import CARPET, DARK, NOMINAL
+from scene_simulator.mission.layout import (
+    CARPET,
+    CEILING_CAMERA,
+    CEILING_MOUNT,
+    DARK,
+    DARK_LAMPS,
+    LAMPS,
+    NOMINAL,
+    lamps_near,
+    mission_ceiling,
+)
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_core.geometry import SE2
 from shirube_core.waveform import steady_light

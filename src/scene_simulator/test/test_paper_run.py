@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS
-from scene_simulator.ceiling.paper_run import (
+from scene_simulator.ceiling.lamp_drive import (
     LAMP_A,
     LAMP_B,
     PAPER_LAMPS,

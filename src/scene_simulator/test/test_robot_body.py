@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from scene_simulator.robot.body import Suspension, TiltErrors, apply_body_motion, simulate_tilt
+from scene_simulator.robot.leg_drive import Suspension, TiltErrors, apply_body_motion, simulate_tilt
 from shirube_core.geometry import CameraMount
 
 AT_REST = CameraMount()

@@ -7,8 +7,7 @@ import pytest
 
 from scene_simulator.errors import SceneError
 from scene_simulator.floor.demo_scene import ROUTE
-from scene_simulator.robot.robot_drive import DriveLimits, RobotDrive, Waypoint
-from scene_simulator.robot.wheel_odometry import WheelErrors, simulate_odometry
+from scene_simulator.robot.robot_drive import DriveLimits, RobotDrive, Waypoint, WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2
 
 DRIVE = RobotDrive(ROUTE, DriveLimits())

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from scene_simulator.room.box_room import BoxRoom, forward_camera
-from scene_simulator.room.cameras import CameraRig, render_picture
-from scene_simulator.room.room_drive import RoomDrive
+from scene_simulator.room.room_drive import CameraRig, RoomDrive, render_picture
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 CAMERA = PinholeCamera(320, 240, 260.0, 250.0, 159.5, 119.5)

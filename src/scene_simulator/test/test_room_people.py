@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from scene_simulator.errors import SceneError
-from scene_simulator.room.box_room import BoxRoom, forward_camera
-from scene_simulator.room.people import KINDS, Walker
-from scene_simulator.room.solids import Solids, cast_rays
+from scene_simulator.mission.pedestrians import KINDS, Walker
+from scene_simulator.room.box_room import BoxRoom, Solids, cast_rays, forward_camera
 from shirube_core.geometry import SE2, PinholeCamera
 
 ROOM = BoxRoom((-5.0, -5.0, 0.0, 5.0, 5.0, 2.5), ((2.0, -1.0, 0.0, 3.0, 1.0, 1.0),))

@@ -13,7 +13,7 @@ from scene_simulator.corridor.fittings import NoticeBoard
 from scene_simulator.corridor.instruments import Cabinet
 from scene_simulator.corridor.scene import CorridorScene
 from scene_simulator.corridor.shapes import RoundLandmark, SquareLandmark, facing_wall
-from scene_simulator.corridor.stereo_camera import StereoCamera, StereoOptics
+from scene_simulator.corridor.stereo_rig import StereoCamera, StereoOptics
 from scene_simulator.imaging.exposure import CameraPose, camera_pose
 from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera

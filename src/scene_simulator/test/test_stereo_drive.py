@@ -9,7 +9,7 @@ import pytest
 from scene_simulator.corridor.stereo_drive import RUNS, SECONDS, TAUGHT_POSE, StereoDrive, make_corridor_drive
 from scene_simulator.corridor.stereo_rig import render_pair
 from scene_simulator.errors import SceneError
-from scene_simulator.robot.body import Suspension
+from scene_simulator.robot.leg_drive import Suspension
 
 
 @pytest.mark.parametrize('name', RUNS)

@@ -10,9 +10,9 @@ from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.topic_endpoint_info import TopicEndpointInfo
 
-from shirube_bags.bag_player import CLOCK, BagPlayer
 from shirube_bags.bag_reader import BagMessage, BagReader
 from shirube_bags.errors import ReplayError
+from shirube_bags.ros_session import CLOCK, BagPlayer
 
 # Discovery of a node's services takes milliseconds after that of its subscriptions, sometimes seconds [s].
 DISCOVERY_TIMEOUT = 3.0

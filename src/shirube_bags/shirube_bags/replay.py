@@ -5,10 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from threading import Event
 
-from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ReplayError
 from shirube_bags.lockstep import Lockstep
+from shirube_bags.ros_session import BagPlayer
 from shirube_bags.stamps import NANOSECONDS
 
 # After the first subscriber, the other subscriptions of the same node are discovered within this time [s].

@@ -5,10 +5,10 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from shirube_bags.bag_player import BagPlayer, load_message_class
 from shirube_bags.bag_reader import BagMessage, BagReader, BagTopic, jazzy_types
 from shirube_bags.bag_writer import BagWriter, reliable_qos
 from shirube_bags.errors import ReplayError
+from shirube_bags.ros_session import BagPlayer, load_message_class
 
 
 def text_message(stamp_ns, text):

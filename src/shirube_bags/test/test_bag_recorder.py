@@ -15,11 +15,10 @@ from rosbags.interfaces import QosDurability, QosReliability
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Int32, String
 
-from shirube_bags.bag_player import replay_qos
 from shirube_bags.bag_reader import BagReader, BagTopic
-from shirube_bags.bag_recorder import BagRecorder, get_message_class, offered_qos, recording_qos
 from shirube_bags.bag_writer import BagWriter, reliable_qos
 from shirube_bags.errors import ReplayError
+from shirube_bags.ros_session import BagRecorder, get_message_class, offered_qos, recording_qos, replay_qos
 
 
 def record(ros, path, topics, publish, counts):

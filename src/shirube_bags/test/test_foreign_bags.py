@@ -4,9 +4,9 @@ import pytest
 import yaml
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-from shirube_bags.bag_player import load_message_class
 from shirube_bags.bag_reader import BagReader, jazzy_types
 from shirube_bags.errors import BagError, ReplayError
+from shirube_bags.ros_session import load_message_class
 
 COMPRESSION = {'none': None, 'file': CompressionMode.FILE, 'message': CompressionMode.MESSAGE}
 # The key of rosbag2's metadata that a version has brought.

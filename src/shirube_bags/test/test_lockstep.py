@@ -14,11 +14,11 @@ from rclpy.subscription import Subscription
 from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
-from shirube_bags.bag_player import BagPlayer
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError, ReplayError
 from shirube_bags.lockstep import Lockstep, replay_in_lockstep
+from shirube_bags.ros_session import BagPlayer
 
 SHORT_RELIABLE_QUEUE = QoSProfile(depth=1)
 SHORT_BEST_EFFORT_QUEUE = QoSProfile(depth=1, reliability=qos_profile_sensor_data.reliability)

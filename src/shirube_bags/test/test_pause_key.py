@@ -6,8 +6,8 @@ import termios
 
 import pytest
 
-from shirube_bags import pause_key as module
-from shirube_bags.pause_key import is_in_foreground, pause_key
+from shirube_bags.commands import play as module
+from shirube_bags.commands.play import is_in_foreground, pause_key
 
 
 @pytest.fixture

@@ -18,11 +18,11 @@ from std_msgs.msg import String
 
 from scene_simulator.messages import compressed_image
 from shirube_bags.bag_reader import jazzy_types
-from shirube_bags.bag_recorder import offered_qos
 from shirube_bags.bag_writer import BagWriter
+from shirube_bags.ros_session import offered_qos
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory_files import header_stamp
-from shirube_bringup.publishers import START_SECONDS
+from shirube_bringup.topics import START_SECONDS
 from shirube_ros.camera.image import array_from_image, depth_from_image
 
 TOPICS_AT_STAMP: Mapping[str, type] = {

@@ -12,11 +12,10 @@ from floor_localizer.files.dot_map_file import write_indexed_map
 from scene_simulator.commands.lamps import write_beacons
 from scene_simulator.corridor.shapes import Landmark, RoundLandmark
 from scene_simulator.corridor.stereo_rig import render_pair
-from scene_simulator.mission.floor import surveyed_floor
-from scene_simulator.mission.lamps import FAST_LAMP, LAMP_RADIUS, LAMP_RATE, LAMPS, SLOW_LAMP
 from scene_simulator.mission.landmarks import FurnishedScene, bare_walls, landmarks_on_wall
-from scene_simulator.mission.layout import NOMINAL
+from scene_simulator.mission.layout import FAST_LAMP, LAMP_RADIUS, LAMP_RATE, LAMPS, NOMINAL, SLOW_LAMP, surveyed_floor
 from scene_simulator.mission.sensors import STEREO_RIG
+from shirube_bringup.render_worker import compile_render_kernels, initialize_worker
 from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind, invariant_points
@@ -25,10 +24,10 @@ from stereo_landmark.core.stereo import StereoImages, StereoRig
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.files.place_file import save_place
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.transmitter.lamp_program import RS_FSK_NAME, EncodingSettings, encode_packets
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
-from vlc_beacon.files.counter_file import CounterFile
+from vlc_beacon.files.authorization_files import CounterFile
 
 CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
 """Speed limits of the robot, at start and after the first command [m/s]."""
@@ -155,3 +154,9 @@ def write_building(folder: Path) -> BuildingFiles:
         files.key.write_text(f'{_PUBLIC_KEY}\n')
     CounterFile(files.counters).reset(0)
     return files
+
+
+def compile_kernels() -> None:
+    """Render one image of each sensor."""
+    initialize_worker(0, lamp_waveforms(CommandKey(bytes(32))))
+    compile_render_kernels()

@@ -8,12 +8,11 @@ from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
 from scene_simulator.mission.sensors import MissionSensors
 from scene_simulator.room.box_room import disc_clearance
 from shirube_bags.errors import ReplayError
-from shirube_bringup.kidnapping import KIDNAPPING, RECOVERED_WITHIN, RECOVERY_TIME, CarriedController
 from shirube_bringup.nodes import MissionError, NodeProcesses
 from shirube_bringup.record import GoalRecord, MissionRecord
 from shirube_bringup.render_worker import RenderWorker
-from shirube_bringup.simulator import STEP_MS, Simulator
-from shirube_bringup.subscribers import MissionSubscribers, StampedPose
+from shirube_bringup.simulator import KIDNAPPING, RECOVERED_WITHIN, RECOVERY_TIME, STEP_MS, CarriedController, Simulator
+from shirube_bringup.topics import MissionSubscribers, StampedPose
 from shirube_core.geometry import SE2
 
 _FIRST_POSE, _GOAL_TIME, _GOAL_TIME_AMONG_PEOPLE = 10.0, 90.0, 180.0

@@ -12,10 +12,15 @@ from typing import Self
 
 import yaml
 
-from motor_bridge.core.drive_settings import DriveSettings
-from scene_simulator.mission.floor import BELLY_MOUNT
-from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, LAMP_RATE
-from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
+from motor_bridge.core.diff_drive_kinematics import DriveSettings
+from scene_simulator.mission.layout import (
+    BELLY_MOUNT,
+    CEILING_CAMERA,
+    CEILING_MOUNT,
+    LAMP_RATE,
+    ROBOT_HEIGHT,
+    ROBOT_RADIUS,
+)
 from scene_simulator.mission.sensors import DEPTH_MOUNT, STEREO_RIG
 from shirube_bringup.building import CRUISE_SPEED, BuildingFiles
 from shirube_core.geometry import CameraMount

@@ -14,23 +14,22 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.emulator.pseudo_terminal import PseudoTerminal
 from scene_simulator.mission.pedestrians import mission_pedestrians
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.bag import MissionBag
 from shirube_bringup.building import BuildingFiles, lamp_waveforms
 from shirube_bringup.free_domain import free_domain
-from shirube_bringup.kidnapping import CarriedController
 from shirube_bringup.mission import Mission, Stopwatch
 from shirube_bringup.nodes import MissionError, NodeProcesses, NodeSetup, mission_nodes
 from shirube_bringup.record import MissionRecord, MissionTraces
 from shirube_bringup.render_worker import RenderWorker
-from shirube_bringup.simulator import CAMERAS, SUBSCRIBERS, Simulator
-from shirube_bringup.subscribers import ODOMETRY, MissionSubscribers
+from shirube_bringup.simulator import CAMERAS, SUBSCRIBERS, CarriedController, Simulator
+from shirube_bringup.topics import ODOMETRY, MissionSubscribers
 from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
-from vlc_beacon.files.key_file import read_key
+from vlc_beacon.files.authorization_files import read_key
 
 _START_TIMEOUT = 600.0
 """Start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]."""

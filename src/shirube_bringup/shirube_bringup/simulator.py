@@ -1,22 +1,97 @@
 """Simulation in lockstep with the nodes: time advances when all nodes have processed their messages."""
 
+import json
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from threading import Lock
 from time import monotonic
+from typing import Any
 
+import numpy as np
 from rclpy.executors import Executor
 from rclpy.node import Node
+from std_msgs.msg import String
 
+from motor_bridge.emulator.emulated_controller import EmulatedController
 from scene_simulator.mission.pedestrians import Pedestrian
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.lockstep import NodeBarrier
-from shirube_bringup.interventions import Interventions
-from shirube_bringup.kidnapping import CarriedController
-from shirube_bringup.publishers import MissionPublishers
-from shirube_bringup.render_worker import PiecewisePath, RenderWorker
-from shirube_bringup.subscribers import MissionSubscribers
+from shirube_bringup.render_worker import Picture, PiecewisePath, RenderWorker
+from shirube_bringup.topics import MissionPublishers, MissionSubscribers
 from shirube_core.geometry import SE2
+from shirube_ros.quality_of_service import pose_profile
+
+KIDNAPPING = SE2(0.3, 0.2, 0.5 * math.pi)
+"""Where the robot is put, seen from where it stands: within the free space around a goal."""
+
+RECOVERED_WITHIN, RECOVERY_TIME = 0.02, 20.0
+"""Error of the fused pose below which the robot has recovered [m], and the timeout [s]."""
+
+
+class CarriedController(EmulatedController):
+    """An emulated robot that can be carried away; arguments as for `EmulatedController`."""
+
+    def __init__(self, *arguments: Any, **more: Any) -> None:
+        """Start as it would without being carried."""
+        super().__init__(*arguments, **more)
+        self._carried = [(-math.inf, SE2(0.0, 0.0, 0.0))]
+
+    @property
+    def T_world_base(self) -> SE2:  # noqa: N802 the field's name for it
+        """True pose now."""
+        return self.pose_at(self.time)
+
+    def pose_at(self, time: float) -> SE2:
+        """Return ``T_world_base`` at a time [s], before or after it was carried."""
+        displacement = next(each for since, each in reversed(self._carried) if time >= since)
+        return displacement @ super().pose_at(time)
+
+    def carry_to(self, T_world_base: SE2) -> None:
+        """Put the robot somewhere else; its wheels do not turn."""
+        self._carried.append((self.time, T_world_base @ super().pose_at(self.time).inverse()))
+
+
+_WAY, _SPEED = 3.0, 0.8
+"""Length of a walker's way [m] and its speed [m/s]."""
+
+
+class Interventions:
+    """Takes requests on ``/simulation/request`` (String, JSON) while the mission runs.
+
+    Attributes:
+        people: people whom the requests have put into the room.
+    """
+
+    def __init__(self, node: Node, carry_to: Callable[[SE2], None]) -> None:
+        """Subscribe; ``carry_to`` puts the robot somewhere else in the map."""
+        self.people: list[Pedestrian] = []
+        self._carry_to, self._dark = carry_to, set[str]()
+        node.create_subscription(String, '/simulation/request', self._take, pose_profile())
+
+    def apply(self, sensor: str, pictures: Sequence[Picture]) -> Sequence[Picture]:
+        """Return the pictures of a sensor as they are with its cover, or without the light of the lamps."""
+        if sensor in self._dark:
+            return [np.zeros_like(picture) for picture in pictures]
+        if sensor == 'ceiling' and 'lamps' in self._dark:
+            return [np.minimum(picture, np.median(picture).astype(picture.dtype)) for picture in pictures]
+        return pictures
+
+    def _take(self, message: String) -> None:
+        request = json.loads(message.data)
+        what = request['what']
+        if what in ('cover', 'lamps'):
+            change = self._dark.add if request['on'] else self._dark.discard
+            change(request.get('camera', what))
+        elif what == 'clear':
+            self.people.clear()
+        elif what == 'kidnap':
+            self._carry_to(SE2(request['x'], request['y'], request['yaw']))
+        else:
+            x, y, yaw = request['x'], request['y'], request['yaw']
+            end = x + _WAY * math.cos(yaw), y + _WAY * math.sin(yaw)
+            self.people.append(Pedestrian((x, y), end, 0.0 if what == 'obstacle' else _SPEED))
+
 
 STEP_MS = 20
 """Time step of the simulation [ms]."""

@@ -16,7 +16,7 @@ from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import BagError
 from shirube_bringup.bag import EXTRACT_MS, MissionBag, is_in_extract
 from shirube_bringup.commands.room import main as room
-from shirube_bringup.publishers import depth_image, stamp_of
+from shirube_bringup.topics import depth_image, stamp_of
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.quality_of_service import map_profile, pose_profile
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scene_simulator.mission.lamps import LAMPS
+from scene_simulator.mission.layout import LAMPS
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bringup.building import PLACES, teach_places
 from shirube_core.geometry import SE2

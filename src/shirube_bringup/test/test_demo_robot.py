@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DriveSettings
 from motor_bridge.node_settings import NodeSettings
-from scene_simulator.mission.floor import BELLY_MOUNT
-from scene_simulator.mission.lamps import CEILING_MOUNT
-from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
+from scene_simulator.mission.layout import BELLY_MOUNT, CEILING_MOUNT, ROBOT_HEIGHT, ROBOT_RADIUS
 from scene_simulator.mission.sensors import DEPTH_MOUNT, STEREO_RIG
 from shirube_core.geometry import CameraMount
 

@@ -5,15 +5,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
+from motor_bridge.emulator.firmware import EmulatorSettings
 from scene_simulator.mission.sensors import MissionSensors
 from shirube_bags.errors import ReplayError
-from shirube_bringup.kidnapping import KIDNAPPING, CarriedController
 from shirube_bringup.mission import Mission
 from shirube_bringup.nodes import MissionError
 from shirube_bringup.record import MissionRecord
-from shirube_bringup.simulator import STEP_MS
-from shirube_bringup.subscribers import StampedPose
+from shirube_bringup.simulator import KIDNAPPING, STEP_MS, CarriedController
+from shirube_bringup.topics import StampedPose
 from shirube_core.geometry import SE2
 
 SEED = 3

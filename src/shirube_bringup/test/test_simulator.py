@@ -14,12 +14,11 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 
 from motor_bridge.emulator.emulated_controller import EmulatedController
-from motor_bridge.emulator.emulator_settings import EmulatorSettings
-from scene_simulator.mission.lamps import LAMPS
+from motor_bridge.emulator.firmware import EmulatorSettings
+from scene_simulator.mission.layout import LAMPS
 from scene_simulator.mission.sensors import MissionSensors
-from shirube_bringup.publishers import mission_time
 from shirube_bringup.simulator import CAMERAS, STEP_MS, TILT, SensorSchedule, Simulator
-from shirube_bringup.subscribers import MissionSubscribers
+from shirube_bringup.topics import MissionSubscribers, mission_time
 from shirube_core.waveform import steady_light
 
 

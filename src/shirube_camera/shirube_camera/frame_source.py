@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from shirube_camera.core.board import ShirubeCameraError
+from shirube_camera.core.calibration import ShirubeCameraError
 from shirube_core.settings import setting, tunable
 from shirube_ros.camera.files import list_images, load_image
 

@@ -18,7 +18,7 @@ from rclpy.publisher import Publisher
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import Header
 
-from shirube_camera.core.board import ShirubeCameraError
+from shirube_camera.core.calibration import ShirubeCameraError
 from shirube_camera.frame_source import CameraSettings, Frame, FrameSource
 from shirube_core.settings import setting
 from shirube_ros.camera.files import load_camera_info

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from shirube_camera.core.board import BoardSettings
+from shirube_camera.core.calibration import BoardSettings
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 
 CAMERA = PinholeCamera(480, 360, 402.0, 404.0, 236.0, 183.0, (-0.21, 0.06, 0.001, -0.0015, 0.0))

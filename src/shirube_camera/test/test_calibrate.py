@@ -8,7 +8,7 @@ import pytest
 from board_scene import BASELINE, CAMERA, RIGHT, Renderer, poses, seen_from_right
 
 from shirube_camera.commands.calibrate import main
-from shirube_camera.core import board
+from shirube_camera.core import calibration
 from shirube_ros.camera.files import load_camera_info
 
 pytestmark = pytest.mark.newest_set_only
@@ -46,6 +46,6 @@ def test_images_without_a_board_and_a_size_in_squares_are_refused_in_one_line(do
 
 
 def test_an_opencv_without_charuco_is_named(monkeypatch, capsys):
-    monkeypatch.delattr(board.cv2, 'aruco', raising=False)
+    monkeypatch.delattr(calibration.cv2, 'aruco', raising=False)
     assert main(['lens', '/', '--pattern', 'charuco']) == 1
     assert 'has no ChArUco detector; use a chessboard' in capsys.readouterr().err

@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 from board_scene import BASELINE, BOARD, CAMERA, RIGHT, Renderer, in_image, poses, seen_from_right
 
-from shirube_camera.core.board import Board, BoardView, ShirubeCameraError
-from shirube_camera.core.calibration import advice, calibrate_lens, calibrate_stereo, select_views
+from shirube_camera.core.calibration import (
+    Board,
+    BoardView,
+    ShirubeCameraError,
+    advice,
+    calibrate_lens,
+    calibrate_stereo,
+    select_views,
+)
 
 SIZE = CAMERA.width, CAMERA.height
 CORNERS = Board(BOARD).corners

@@ -9,7 +9,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
 from shirube_camera import frame_source
-from shirube_camera.core.board import ShirubeCameraError
+from shirube_camera.core.calibration import ShirubeCameraError
 from shirube_camera.node import CameraNode
 from shirube_core.geometry import PinholeCamera
 from shirube_ros.camera.files import calibration_text

@@ -9,10 +9,9 @@ from importlib import import_module
 from pathlib import Path
 
 from shirube_bringup.free_domain import free_domain
-from shirube_cli.child_process import child_process
-from shirube_cli.kernel_compiler import PROGRESS_FILE
+from shirube_cli.kernel_cache import PROGRESS_FILE
 from shirube_cli.kernel_registry import DEMO_SETS, sets_of_packages
-from shirube_cli.project import CommandError, find_home, is_clone, safe_environment
+from shirube_cli.project import CommandError, child_process, find_home, is_clone, safe_environment
 from shirube_cli.workspace import build_workspace, find_executable, overlay_environment
 
 # Loaded when asked for: the other commands start without matplotlib and ROS.

@@ -1,6 +1,7 @@
-"""``shirube test`` and ``shirube check``, and the packages that they need."""
+"""``shirube test``, ``shirube check`` and ``shirube bench``, and the packages that they need."""
 
 import argparse
+import ast
 import os
 import subprocess
 import sys
@@ -8,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from shirube_cli.kernel_cache import compiled_kernels, kernel_folder
-from shirube_cli.project import CommandError, find_root, run_tool
+from shirube_cli.project import CommandError, find_root, run_tool, safe_environment
 from shirube_cli.workspace import build_workspace
 
 _SCRIPT = 'source "$0/environment/ensure.bash"; forget_other_environments; ensure_development "$0"'
@@ -74,3 +75,49 @@ def _typed_folders() -> list[str]:
     packages = sorted(marker.parent for marker in root.glob('src/*/*/py.typed'))
     others = [folder for folder in (root / 'environment', root / 'benchmarks') if any(folder.glob('*.py'))]
     return [str(path.relative_to(root)) for path in (*packages, *others)]
+
+
+USAGE = 'usage: shirube bench <name> [--quick] [--save] [--compare] [arguments ...], or --all, or --tables'
+
+
+def bench(arguments: Sequence[str]) -> int:
+    """Run ``benchmarks/<name>.py`` with the remaining arguments, or list all without a name.
+
+    ``--all`` runs every benchmark, ``--tables`` makes the tables of the pages from the kept results.
+
+    Returns:
+        its exit code.
+
+    Raises:
+        CommandError: no such benchmark.
+    """
+    root = find_root()
+    programs = find_benchmarks(root)
+    if not arguments:
+        for name, program in programs.items():
+            print(f'  {name:<20} {(ast.get_docstring(ast.parse(program.read_text())) or "").splitlines()[0]}')
+        return 0
+    if arguments[0] in {'-h', '--help'}:
+        print(f'{USAGE}; names: {", ".join(programs)}')
+        return 0
+    if arguments[0] in programs:  # first: a benchmark may have a --tables of its own
+        command = [sys.executable, str(programs[arguments[0]]), *arguments[1:]]
+    elif {'--all', '--tables'} & set(arguments):
+        command = [sys.executable, str(root / 'benchmarks' / '_run_all.py'), *arguments]
+    else:
+        raise CommandError(f'{USAGE}; names: {", ".join(programs)}')
+    install_development_packages()
+    # The machine code of the tests, as far as it is there, so that nothing is compiled while something is measured;
+    # one thread of OpenBLAS, since all times are those of one core.
+    environment = {
+        'NUMBA_CACHE_DIR': str(kernel_folder(root)),
+        'OPENBLAS_NUM_THREADS': '1',
+        **safe_environment(),
+        'PYTHONPATH': str(root / 'tests'),  # for node_testing
+    }
+    return subprocess.run(command, cwd=root, env=environment, check=False).returncode
+
+
+def find_benchmarks(root: Path) -> dict[str, Path]:
+    """Return the benchmarks' programs by name."""
+    return {program.stem: program for program in sorted((root / 'benchmarks').glob('[!_]*.py'))}

@@ -23,8 +23,7 @@ from shirube_bags.errors import ReplayError
 from shirube_bags.lockstep import NodeBarrier
 from shirube_bags.stamps import NANOSECONDS
 from shirube_bringup.free_domain import free_domain
-from shirube_cli.child_process import child_process, interrupt
-from shirube_cli.project import CommandError
+from shirube_cli.project import CommandError, child_process, interrupt
 from shirube_cli.workspace import find_executable, overlay_environment
 
 # The node reads its map and compiles its kernels before it listens.

@@ -37,7 +37,7 @@ COMMANDS = {
     'list': ('shirube_cli.run', 'list_programs'),
     'test': ('shirube_cli.develop', 'run_tests'),
     'check': ('shirube_cli.develop', 'check'),
-    'bench': ('shirube_cli.bench', 'bench'),
+    'bench': ('shirube_cli.develop', 'bench'),
     'migrate': ('shirube_cli.migrate', 'migrate'),
     'doctor': ('shirube_cli.doctor.command', 'doctor'),
 }

@@ -8,7 +8,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NoReturn
 
-from shirube_cli.bench import find_benchmarks
+from shirube_cli.develop import find_benchmarks
 from shirube_cli.kernel_registry import sets_of_package
 from shirube_cli.project import CommandError, find_home, is_clone
 from shirube_cli.workspace import (

@@ -2,17 +2,20 @@
 
 from floor_localizer.core.settings import LocalizerSettings
 from floor_localizer.localization.localizer_from_map_file import NodeSettings as FloorLocalizerSettings
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DriveSettings
 from motor_bridge.node_settings import NodeSettings as MotorBridgeSettings
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.node_settings import NodeSettings as PoseArbiterSettings
-from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.mapping.mapping_settings import MappingSettings
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings
 from reward_planner.core.safety.safety_settings import SourceSettings as RangeSourceSettings
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
-from reward_planner.interface.monitor_settings import MonitorNodeSettings
+from reward_planner.core.settings import (
+    DrivingSettings,
+    MappingSettings,
+    PlannerSettings,
+    RewardSettings,
+    VoxelSettings,
+)
+from reward_planner.interface.monitor_inputs import MonitorNodeSettings
 from reward_planner.node_settings import NodeSettings as RewardPlannerSettings
 from shirube_camera.frame_source import CameraSettings
 from shirube_camera.node import OutputSettings

@@ -11,14 +11,15 @@ import pytest
 
 from shirube_cli import kernel_cache
 from shirube_cli.kernel_cache import (
+    PROLOGUE,
     PYTHON,
     are_installed,
+    compile_sets,
     compiled_kernels,
     copy_to_installed,
     digest_kernels,
     fresh_cache,
 )
-from shirube_cli.kernel_compiler import PROLOGUE, compile_sets
 from shirube_cli.kernel_registry import DEMO_SETS, KERNEL_SETS, KernelSet, sets_of_package
 from shirube_cli.project import CommandError, safe_environment
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from shirube_cli import bench, run
+from shirube_cli import develop, run
 from shirube_cli.main import COMMANDS, USAGE, main
 from shirube_cli.project import safe_environment
 
@@ -90,9 +90,9 @@ def test_tables_of_a_benchmark_are_its_own(arguments: list[str], program: str, m
         commands.append(command)
         return subprocess.CompletedProcess(command, 0)
 
-    monkeypatch.setattr(bench, 'install_development_packages', lambda: None)
+    monkeypatch.setattr(develop, 'install_development_packages', lambda: None)
     monkeypatch.setattr(subprocess, 'run', note)
-    assert bench.bench(arguments) == 0
+    assert develop.bench(arguments) == 0
     assert Path(commands[0][1]).name == program
 
 

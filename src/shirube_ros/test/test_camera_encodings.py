@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from sensor_msgs.msg import CompressedImage, Image
 
-from shirube_ros.camera.encodings import ENCODINGS
-from shirube_ros.camera.image import array_from_compressed_image, array_from_image, depth_from_image
+from shirube_ros.camera.image import ENCODINGS, array_from_compressed_image, array_from_image, depth_from_image
 
 # As image_encodings.hpp lists them, without those of other numbers than images hold.
 NAMES = [

@@ -15,7 +15,7 @@ from shirube_core.geometry import SE2, CameraMount
 from shirube_ros import frames as frames_module
 from shirube_ros.errors import FrameError
 from shirube_ros.frames import Frames
-from shirube_ros.pose_conversion import pose_with_covariance_stamped
+from shirube_ros.message_conversion import pose_with_covariance_stamped
 
 DEFAULT = CameraMount()
 CAMERA = 'belly_camera_optical_frame'

@@ -9,8 +9,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
 from shirube_ros.errors import PointCloudError
-from shirube_ros.map_conversion import occupancy_grid, path_message, points_from_cloud
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import occupancy_grid, path_message, planar_pose, points_from_cloud
 
 
 def test_cells_keep_their_places() -> None:

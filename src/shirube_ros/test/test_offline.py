@@ -12,6 +12,7 @@ from std_msgs.msg import Header
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.camera.info import camera_from_camera_info
+from shirube_ros.message_conversion import odometry_message
 from shirube_ros.offline.locate import OfflineLocalizer, locate_recording
 from shirube_ros.offline.recording import (
     BadImage,
@@ -21,7 +22,6 @@ from shirube_ros.offline.recording import (
     Recording,
     RecordingTopics,
 )
-from shirube_ros.pose_conversion import odometry_message
 
 TOPICS = RecordingTopics(('/left', '/right'), ('/left/info', '/right/info'), '/odom', '/imu')
 PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)

@@ -11,7 +11,7 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
 from shirube_ros.errors import PoseError
-from shirube_ros.pose_conversion import (
+from shirube_ros.message_conversion import (
     base_odometry,
     odometry_message,
     planar_pose,

@@ -7,7 +7,7 @@ import pytest
 from sensor_msgs.msg import LaserScan
 
 from shirube_ros.errors import ScanError
-from shirube_ros.scan_conversion import rays_from_scan
+from shirube_ros.message_conversion import rays_from_scan
 
 
 def scan(ranges: list[float], **changes: float) -> LaserScan:

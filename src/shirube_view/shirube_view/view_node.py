@@ -14,10 +14,10 @@ from rclpy.subscription import Subscription
 from std_msgs.msg import Bool, Header, String
 from std_srvs.srv import Trigger
 
-from shirube_bags.bag_player import load_message_class
+from shirube_bags.ros_session import load_message_class
 from shirube_core.geometry import SE2
+from shirube_ros.message_conversion import pose_stamped, pose_with_covariance_stamped
 from shirube_ros.parameters import declare_parameters, reject_misspelled_parameters
-from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped
 from shirube_ros.quality_of_service import map_profile, pose_profile
 from shirube_view.board import Board
 from shirube_view.channels import CHANNELS, Channel, Kind

@@ -23,8 +23,8 @@ from shirube_ros.diagnostics import Status
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
+from shirube_ros.message_conversion import pose_stamped, pose_with_covariance_stamped, tilt_from_imu
 from shirube_ros.node import drain_subscription, run_node
-from shirube_ros.pose_conversion import pose_stamped, pose_with_covariance_stamped, tilt_from_imu
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.stamps import StampValidator
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix

@@ -4,7 +4,7 @@ import numpy as np
 from taught_wall import CALIBRATIONS, SIDES
 
 from scene_simulator.messages import camera_info, compressed_image, imu
-from scene_simulator.robot.body import TiltReading
+from scene_simulator.robot.leg_drive import TiltReading
 from shirube_bags.bag_writer import BagWriter
 
 IMAGE, INFO = 'sensor_msgs/msg/CompressedImage', 'sensor_msgs/msg/CameraInfo'

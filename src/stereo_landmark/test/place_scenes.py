@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from shirube_core.geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.place.joint_fit import reproject
 from stereo_landmark.core.place.place_locator import PlaceLocator
-from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.stereo import SpatialPoints, StereoPoints, StereoRig
 
 CAMERA = PinholeCamera(752, 480, 700.0, 700.0, 375.5, 239.5)

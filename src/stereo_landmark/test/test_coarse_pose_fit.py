@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.reprojection import fit_reprojection
+from stereo_landmark.core.place.joint_fit import fit_reprojection
 from stereo_landmark.core.procedure.coarse_pose import DETECTED_SIGMA, fit_coarse_pose
 from stereo_landmark.core.procedure.stereo_view import StereoView
 from stereo_landmark.core.settings import PlaceSettings

@@ -19,7 +19,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.settings import LandmarkSettings, SearchSettings
 from stereo_landmark.core.stereo import StereoImages

@@ -11,7 +11,7 @@ from place_scenes import RIG, errors_of
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.place import place_locator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind, primitive_size
-from stereo_landmark.core.procedure import paper_search, window_detector
+from stereo_landmark.core.procedure import paper_search, procedure_tree
 from stereo_landmark.core.procedure.procedure_tree import ProcedureTree
 from stereo_landmark.core.procedure.stereo_view import detect_scene
 from stereo_landmark.core.settings import EdgeSettings, LandmarkSettings, SearchSettings
@@ -110,7 +110,7 @@ def test_only_the_window_of_the_target_is_processed(place, monkeypatch):
         sizes.append(image.shape)
         return detect_scene(image, *given)
 
-    monkeypatch.setattr(window_detector, 'detect_scene', detect)
+    monkeypatch.setattr(procedure_tree, 'detect_scene', detect)
     images = look(UNEVEN, STATE)
     for image in images:
         image[400:] = np.random.default_rng(1).integers(0, 255, image[400:].shape)

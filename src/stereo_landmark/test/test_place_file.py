@@ -8,7 +8,7 @@ import pytest
 import yaml
 from random_places import is_same, random_images, random_place
 
-from shirube_core.files import atomic_file
+from shirube_core import files
 from stereo_landmark.files.place_file import load_images, load_place, load_places, place_path, save_place
 from stereo_landmark.files.yaml_file import LandmarkFileError
 
@@ -59,8 +59,8 @@ def test_what_was_taught_before_survives_a_failure_at_any_file(tmp_path, saved, 
             raise OSError(28, 'No space left on device')
         return fdopen(handle, mode)
 
-    fdopen = atomic_file.os.fdopen
-    monkeypatch.setattr(atomic_file.os, 'fdopen', disk_full)
+    fdopen = files.os.fdopen
+    monkeypatch.setattr(files.os, 'fdopen', disk_full)
     with pytest.raises(OSError, match='No space'):
         save_again(tmp_path)
     assert len(calls) == failing

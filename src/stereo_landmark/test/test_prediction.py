@@ -7,7 +7,7 @@ import pytest
 from drawn_wall import Disc, Plate, Wall, from_left, teach_view, view_of
 from place_scenes import CAMERA, RIG, panel
 
-from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.place.joint_fit import reproject
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.coarse_pose import image_distances, poses_from_match, predict_pixels
 from stereo_landmark.core.procedure.stereo_view import StereoView

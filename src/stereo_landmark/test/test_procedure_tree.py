@@ -5,9 +5,8 @@ import pytest
 
 from stereo_landmark.core.primitives.ellipse import Ellipse
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
-from stereo_landmark.core.procedure.procedure_tree import GROWTH, GROWTH_FIRST, ProcedureTree
+from stereo_landmark.core.procedure.procedure_tree import GROWTH, GROWTH_FIRST, Detection, ProcedureTree
 from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives
-from stereo_landmark.core.procedure.window_detector import Detection
 from stereo_landmark.core.settings import SearchSettings
 
 CENTRES = np.array([[100.0, 100.0], [200.0, 100.0], [300.0, 120.0]])

@@ -6,7 +6,7 @@ import pytest
 from consistency import whitened_rms
 from place_scenes import RIG, panel, random_state, teach, view
 
-from stereo_landmark.core.place.reprojection import fit_reprojection, reproject
+from stereo_landmark.core.place.joint_fit import fit_reprojection, reproject
 from stereo_landmark.core.settings import PlaceSettings
 from stereo_landmark.core.stereo import SpatialPoints
 

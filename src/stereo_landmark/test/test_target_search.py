@@ -6,8 +6,8 @@ from drawn_wall import Plate, Wall, from_left, teach_view, view_of
 from meter_walls import ALL, ALONE, row_of_meters
 from place_scenes import RIG, errors_of
 
+from stereo_landmark.core.place.joint_fit import reproject
 from stereo_landmark.core.place.place_locator import PlaceFix, PlaceLocator
-from stereo_landmark.core.place.reprojection import reproject
 from stereo_landmark.core.primitives.primitive import PrimitiveKind
 from stereo_landmark.core.procedure.target_search import NoDetectionReason, TargetDetection, TargetSearch
 

@@ -9,7 +9,7 @@ from random_places import is_same
 
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
-from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.place.joint_fit import reproject
 from stereo_landmark.core.primitives.primitive import PrimitiveKind, primitive_size
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import StereoPoints

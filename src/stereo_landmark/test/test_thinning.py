@@ -5,7 +5,7 @@ import pytest
 from scipy.ndimage import label
 from seen_shapes import PRIMITIVES, box, ellipse_photo, polygon_photo, segments_of
 
-from stereo_landmark.core.edges.thinning import thin
+from stereo_landmark.core.edges.edges import thin
 from stereo_landmark.core.primitives.ellipse import detect_ellipses
 
 BAR = np.zeros((30, 60), dtype=bool)

@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
-from shirube_ros.pose_conversion import odometry_message
+from shirube_ros.message_conversion import odometry_message
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.node import VlcBeaconNode
 

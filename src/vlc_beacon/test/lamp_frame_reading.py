@@ -3,7 +3,7 @@
 import numpy as np
 
 from shirube_core.waveform import Waveform
-from vlc_beacon.core.packet.crc import crc16
+from vlc_beacon.core.packet.data_packet import crc16
 from vlc_beacon.core.transmitter.lamp_frame import (
     HEADER,
     LENGTH_MAX,

@@ -4,13 +4,12 @@ from dataclasses import replace
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import CeilingLamp, Disc
-from scene_simulator.ceiling.lamp_drive import LampDrive
-from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_room
+from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, paper_room
 from scene_simulator.imaging.exposure import CameraClock
 from scene_simulator.robot.leg_drive import LegDrive
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_core.waveform import steady_light
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.pose.lamp_rays import Beacon
 
 CAMERA = PinholeCamera(300, 280, 318.2, 318.2, 149.5, 139.5)

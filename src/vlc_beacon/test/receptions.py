@@ -3,15 +3,14 @@
 import numpy as np
 
 from shirube_core.geometry import SE2
-from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.counters import Counters
-from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
+from vlc_beacon.core.authorization.command_authorizer import Accepted, Rejected, RejectionReason
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey, Counters
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.packet.command_packet import Command, Operation
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.receiver.light_receiver import LampObservation
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 POSE = SE2(1.25, -0.5, 0.75)

@@ -13,11 +13,10 @@ from receptions import KEY, Memory
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp import Disc
-from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_room
+from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, paper_room
 from scene_simulator.imaging.exposure import Shutter, camera_pose
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer, RejectionReason
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample, LampTracker
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
@@ -27,7 +26,7 @@ from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix, NoFixReason
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver, LampLocalizer, ReceiverOutput
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.receiver.light_receiver import LampObservation
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 

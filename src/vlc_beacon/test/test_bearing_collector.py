@@ -6,10 +6,9 @@ from lamp_pictures import draw_lamp, photograph, room
 
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.settings import ReceiverSettings
-from vlc_beacon.core.survey.beacon_survey import survey_lamp
-from vlc_beacon.core.survey.bearing_collector import BearingCollector, image_rotation
+from vlc_beacon.core.survey.beacon_survey import BearingCollector, image_rotation, survey_lamp
 
 CAMERA = PinholeCamera(640, 480, 300.0, 300.0, 319.5, 239.5)
 UP = matrix_from_rpy((0.0, 0.0, 0.5 * math.pi))

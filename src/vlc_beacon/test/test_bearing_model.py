@@ -3,7 +3,7 @@ import pytest
 from lamp_room import BEACONS, MOUNT
 
 from shirube_core.geometry import gravity_aligned_camera, matrix_from_rpy
-from vlc_beacon.core.pose.bearing_model import camera_points
+from vlc_beacon.core.pose.pose_least_squares import camera_points
 
 LAMPS, STILL = np.array([beacon.xyz for beacon in BEACONS]), np.zeros((4, 3))
 TILTED = gravity_aligned_camera(MOUNT, 0.03, -0.02)

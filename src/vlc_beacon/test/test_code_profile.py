@@ -4,8 +4,7 @@ from light_channel import received, waveform_of
 from vlc_beacon.core.light_code.code_profile import CodeProfile, manchester_profile, rs_fsk_profile, ufsook_profile
 from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.packet.command_packet import Command, ShortCommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket
 
 PACKETS = (IdPacket(5), ShortCommandPacket(Command(0, 5, 0.0, 9), b'abcd'), DataPacket(bytes(range(100))))
 

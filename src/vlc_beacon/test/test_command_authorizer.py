@@ -5,9 +5,15 @@ import numpy as np
 import pytest
 from receptions import KEY, Memory
 
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer, Lockout, ZoneVisits
-from vlc_beacon.core.authorization.command_key import CommandKey
-from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
+from vlc_beacon.core.authorization.command_authorizer import (
+    Accepted,
+    CommandAuthorizer,
+    Lockout,
+    Rejected,
+    RejectionReason,
+    ZoneVisits,
+)
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.settings import AuthorizationSettings
 

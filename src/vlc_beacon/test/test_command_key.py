@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 

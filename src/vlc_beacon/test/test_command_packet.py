@@ -4,7 +4,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.packet.command_packet import (
     COMMAND_BYTES,
     COUNTER_MAX,

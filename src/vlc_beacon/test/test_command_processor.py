@@ -4,11 +4,10 @@ from dataclasses import replace
 
 from receptions import KEY, Memory, a_lamp
 
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted, RejectionReason
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer, RejectionReason
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
 from vlc_beacon.core.receiver.command_processor import CommandProcessor
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.receiver.light_receiver import LampObservation
 from vlc_beacon.core.settings import AuthorizationSettings
 
 SLOW = KEY.sign(Command(1, Operation.SLOW, 0.2, 5))

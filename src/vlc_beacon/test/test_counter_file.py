@@ -4,9 +4,9 @@ from pathlib import Path
 import pytest
 
 from vlc_beacon.commands import renew_counters
-from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.keys_and_counters import Counters
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.counter_file import CounterFile
+from vlc_beacon.files.authorization_files import CounterFile
 
 COUNTERS = Counters(7, {1: 5, 300: 9}, {1: 4294967295})
 GOOD = {'format': 1, 'floor': 0, 'zone_rules': {}, 'one_shots': {}}

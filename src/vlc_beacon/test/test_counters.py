@@ -1,6 +1,6 @@
 from functools import partial
 
-from vlc_beacon.core.authorization.counters import Counters
+from vlc_beacon.core.authorization.keys_and_counters import Counters
 from vlc_beacon.core.packet.command_packet import Command
 
 

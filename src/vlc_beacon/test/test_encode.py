@@ -9,11 +9,10 @@ from light_channel import packets_in
 from shirube_core.waveform import waveform_from_csv
 from vlc_beacon.commands import encode, make_key
 from vlc_beacon.core.packet.command_packet import Command
-from vlc_beacon.core.packet.data_packet import split_message
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket, split_message
 from vlc_beacon.core.packet.packet_reader import Packet
 from vlc_beacon.core.transmitter.lamp_frame import TICK_RATE
-from vlc_beacon.files.key_file import read_key
+from vlc_beacon.files.authorization_files import read_key
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket, read_id_packet
+from vlc_beacon.core.packet.data_packet import BEACON_ID_MAX, IdPacket, read_id_packet
 from vlc_beacon.core.vlc_beacon_error import PacketError
 
 

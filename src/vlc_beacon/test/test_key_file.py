@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from vlc_beacon.commands import make_key
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.packet.command_packet import Command
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.key_file import make_key_file, read_key
+from vlc_beacon.files.authorization_files import make_key_file, read_key
 
 COMMAND = Command(1, 1, 0.0, 5)
 

@@ -2,7 +2,7 @@ import numpy as np
 from lamp_room import BEACONS, CAMERA, pixels_of
 
 from shirube_core.geometry import SE2
-from vlc_beacon.core.pose.keyframe_buffer import KeyframeBuffer
+from vlc_beacon.core.pose.beacon_tracker import KeyframeBuffer
 from vlc_beacon.core.pose.lamp_rays import lamp_rays
 
 PLACE = SE2(0.5, 0.5, 0.0)

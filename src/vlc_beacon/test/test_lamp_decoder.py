@@ -14,12 +14,10 @@ from vlc_beacon.core.light_code.manchester import SegmentFormat
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder, ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket, Operation
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.lamp_decoder import GainControl, GlobalShutterDecoder, LampView, band_rows
-from vlc_beacon.core.receiver.light_receiver import LightReceiver
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.receiver.light_receiver import LampObservation, LightReceiver
 from vlc_beacon.core.settings import LampSettings, ReceiverSettings
 
 HEIGHT, WIDTH = 560, 480

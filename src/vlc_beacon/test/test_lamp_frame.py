@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from vlc_beacon.core.light_code.manchester import SegmentFormat
-from vlc_beacon.core.packet.crc import crc16
-from vlc_beacon.core.packet.data_packet import DataPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, crc16
 from vlc_beacon.core.transmitter.lamp_frame import (
     LENGTH_MAX,
     STEP_FRACTION,

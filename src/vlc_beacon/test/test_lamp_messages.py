@@ -9,7 +9,7 @@ from node_testing import IsolatedGraph
 from receptions import LAMPS, with_fix
 from std_msgs.msg import String
 
-from vlc_beacon.files.pose_table import LocatedImage, save_messages
+from vlc_beacon.commands.locate import LocatedImage, save_messages
 
 SENDER = LAMPS[0].beacon
 GREETING = replace(LAMPS[0], message='診察室 "3"')

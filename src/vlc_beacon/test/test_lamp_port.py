@@ -3,8 +3,8 @@ from pathlib import Path
 import pytest
 from lamp_on_a_line import lamp_that, usual
 
-from vlc_beacon.commands import lamp_port
-from vlc_beacon.commands.lamp_port import LampPort, upload_requests
+from vlc_beacon.commands import encode
+from vlc_beacon.commands.encode import LampPort, upload_requests
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 pytestmark = pytest.mark.newest_set_only
@@ -12,13 +12,13 @@ pytestmark = pytest.mark.newest_set_only
 
 @pytest.fixture(autouse=True)
 def _short_waits(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lamp_port, 'CONNECT_TIMEOUT', 0.3)
-    monkeypatch.setattr(lamp_port, 'RETRY_INTERVAL', 0.05)
-    monkeypatch.setattr(lamp_port, 'REPLY_TIMEOUT', 0.1)
+    monkeypatch.setattr(encode, 'CONNECT_TIMEOUT', 0.3)
+    monkeypatch.setattr(encode, 'RETRY_INTERVAL', 0.05)
+    monkeypatch.setattr(encode, 'REPLY_TIMEOUT', 0.1)
 
 
 def test_a_lamp_that_is_asleep_at_first_is_woken(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(lamp_port, 'CONNECT_TIMEOUT', 5.0)
+    monkeypatch.setattr(encode, 'CONNECT_TIMEOUT', 5.0)
     answers = iter(['', '', 'ERR line\r\n', 'led_beacon 1 508\r\n'])
     with (
         lamp_that(lambda line: next(answers) if line == 'v' else usual(line)) as (path, received),

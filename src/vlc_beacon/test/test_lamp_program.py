@@ -2,7 +2,7 @@ import pytest
 from lamp_frame_reading import frame_from_bytes, waveform_from_frame
 from light_channel import packets_in
 
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.transmitter.lamp_frame import frame_to_bytes
 from vlc_beacon.core.transmitter.lamp_program import ufsook_frame
 

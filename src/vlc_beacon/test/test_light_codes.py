@@ -8,8 +8,7 @@ from light_channel import seen_by_rolling_shutter as rolling_shutter
 
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket
 
 ID = IdPacket(3)
 TEXT = DataPacket('曲がる'.encode(), is_text=True)

@@ -12,8 +12,7 @@ from light_channel import waveform_of
 
 from scene_simulator.imaging.exposure import Shutter
 from vlc_beacon.core.light_code.rs_fsk import constant_tone_waveform
-from vlc_beacon.core.packet.data_packet import split_message
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket, split_message
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.light_receiver import LightReceiver
 from vlc_beacon.core.settings import ReceiverSettings

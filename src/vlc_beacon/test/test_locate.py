@@ -16,7 +16,7 @@ from lamp_scenes import BEACONS, CAMERA, MOUNT, id_packets, speaking_room, write
 
 from scene_simulator import messages
 from scene_simulator.imaging.exposure import Shutter
-from scene_simulator.robot.body import Suspension, TiltReading
+from scene_simulator.robot.leg_drive import Suspension, TiltReading
 from shirube_bags.bag_reader import jazzy_types
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.trajectory_files import load_tum

@@ -14,8 +14,7 @@ from vlc_beacon.core.light_code.manchester import (
     segments_waveform,
 )
 from vlc_beacon.core.light_code.symbol_code import whiten
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket
 from vlc_beacon.core.vlc_beacon_error import PacketError, VlcBeaconError
 
 

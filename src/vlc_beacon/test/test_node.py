@@ -19,7 +19,7 @@ from visualization_msgs.msg import MarkerArray
 
 from shirube_core.geometry import SE2, PinholeCamera
 from shirube_ros.camera.image import image_from_array
-from shirube_ros.pose_conversion import planar_pose
+from shirube_ros.message_conversion import planar_pose
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.node import main
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from shirube_core.geometry import SE2
-from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
+from vlc_beacon.core.receiver.beacon_receiver import LampOdometry
 
 
 def pose_after(seconds: float) -> SE2:

@@ -1,8 +1,7 @@
 import numpy as np
 
 from vlc_beacon.core.packet.command_packet import Command, CommandPacket
-from vlc_beacon.core.packet.data_packet import DataPacket
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket
 from vlc_beacon.core.packet.packet_reader import packet_length, read_packet
 
 PACKETS = (

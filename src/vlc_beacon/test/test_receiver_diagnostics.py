@@ -5,11 +5,10 @@ from dataclasses import replace
 from receptions import ACCEPTED, KEY, LAMPS, MOVED, REFUSED, Memory, a_lamp, with_fix, without_fix
 
 from shirube_ros.diagnostics import Level, Status
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Rejected, RejectionReason
-from vlc_beacon.core.receiver.tracked_lamp import SkipReason
+from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer, Rejected, RejectionReason
+from vlc_beacon.core.receiver.light_receiver import SkipReason
 from vlc_beacon.core.settings import AuthorizationSettings
-from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics
+from vlc_beacon.node_output import ReceiverDiagnostics
 
 
 class Report(ReceiverDiagnostics):

@@ -18,7 +18,7 @@ from vlc_beacon.core.light_code.rs_fsk import (
     symbol_tones,
     tone_log_likelihoods,
 )
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 
 
 @pytest.mark.parametrize('frame_rate', [30.0, 60.0])

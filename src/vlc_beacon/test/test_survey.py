@@ -9,12 +9,12 @@ from lamp_pictures import draw_lamp, photograph, room
 from lamp_scenes import write_messages
 
 from scene_simulator import messages
-from scene_simulator.robot.body import TiltReading
+from scene_simulator.robot.leg_drive import TiltReading
 from shirube_bags.bag_writer import BagWriter
 from shirube_core.geometry import SE2, PinholeCamera, matrix_from_rpy
 from vlc_beacon.commands import survey
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.files.beacons_file import load_beacons
 
 pytestmark = pytest.mark.newest_set_only

@@ -2,7 +2,7 @@ import numpy as np
 
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 from vlc_beacon.core.light_code.symbol_receiver import SymbolReceiver
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 
 CODE = SymbolCode(2, (4,), 0.1)
 

@@ -5,14 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.lamp_image.lamp_tracker import LampSample
 from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Command, Operation, shorten
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import GlobalShutterDecoder, LampView
-from vlc_beacon.core.receiver.tracked_lamp import BACKOFF_TIME, IdConfirmation, SkipReason, TrackedLamp
+from vlc_beacon.core.receiver.light_receiver import BACKOFF_TIME, IdConfirmation, SkipReason, TrackedLamp
 
 RATE, EXPOSURE, LISTEN = 60.004, 5e-4, 15.0
 NOTHING = np.zeros((16, 16), np.uint8)

@@ -17,7 +17,7 @@ from vlc_beacon.core.light_code.ufsook import (
     ufsook_waveform,
     waveform_from_symbols,
 )
-from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX, IdPacket
+from vlc_beacon.core.packet.data_packet import BEACON_ID_MAX, IdPacket
 
 
 def cycles_a_second(symbol: int) -> float:

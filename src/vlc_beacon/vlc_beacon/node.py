@@ -21,19 +21,18 @@ from shirube_ros.diagnostics import Status
 from shirube_ros.frames import Frames
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.node import run_node
-from shirube_ros.pose_conversion import (
+from shirube_ros.message_conversion import (
     base_odometry,
     pose_stamped,
     pose_with_covariance_stamped,
     tilt_from_imu,
     tilt_from_quaternion,
 )
+from shirube_ros.node import run_node
 from shirube_ros.quality_of_service import odometry_profile, pose_profile
 from shirube_ros.stamps import StampValidator
 from shirube_ros.velocity_publisher import VelocityPublisher
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer
 from vlc_beacon.core.command_executor import CommandExecutor
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.pose.lamp_rays import Beacon
@@ -43,9 +42,8 @@ from vlc_beacon.core.receiver.command_processor import CommandDecision
 from vlc_beacon.core.receiver.compile_kernels import compile_kernels
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.display import beacon_markers, draw_debug_image
+from vlc_beacon.node_output import ReceiverDiagnostics, beacon_markers, draw_debug_image
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings, beacons_from_settings
-from vlc_beacon.receiver_diagnostics import ReceiverDiagnostics
 
 _LOG_INTERVAL = 1.0
 """Minimum interval between log lines about found and lost poses [s]."""

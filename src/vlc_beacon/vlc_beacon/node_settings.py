@@ -12,9 +12,8 @@ from vlc_beacon.core.command_executor import DriveSettings
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+from vlc_beacon.files.authorization_files import CounterFile, read_key
 from vlc_beacon.files.beacons_file import load_beacons
-from vlc_beacon.files.counter_file import CounterFile
-from vlc_beacon.files.key_file import read_key
 
 
 @dataclass(frozen=True)

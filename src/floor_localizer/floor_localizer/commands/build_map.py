@@ -14,8 +14,7 @@ from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.floor_survey import KnownLength, SurveyResult, scale_survey
 from floor_localizer.files.array_file import DISK_FULL_ERRORS
-from floor_localizer.files.csv_format import save_csv
-from floor_localizer.files.dot_map_file import load_dot_map
+from floor_localizer.files.dot_map_file import load_dot_map, save_csv
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_report import (
     LengthHistogram,

@@ -14,8 +14,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.text import Text
 from matplotlib.transforms import Affine2D, Transform
 
-from floor_localizer.core.mat.page_layout import Layout, Page
-from floor_localizer.core.mat.random_mat import Mat
+from floor_localizer.core.mat.page_layout import Layout, Mat, Page
 
 _INCH = 0.0254
 _HAIRLINE, _TEXT_SIZE = 0.3, 6.0  # [pt]

@@ -9,10 +9,17 @@ from pathlib import Path
 
 from floor_localizer.commands.map_report import places_report
 from floor_localizer.commands.options import run_command
-from floor_localizer.core.mat.page_layout import PAPERS, ROLL, PageSettings, divide_into_pages, mat_size_of_page
-from floor_localizer.core.mat.random_mat import MatSettings, generate_unique_mat
+from floor_localizer.core.mat.page_layout import (
+    PAPERS,
+    ROLL,
+    MatSettings,
+    PageSettings,
+    divide_into_pages,
+    generate_unique_mat,
+    mat_size_of_page,
+)
 from floor_localizer.core.uniqueness import ViewSettings
-from floor_localizer.files.csv_format import save_csv
+from floor_localizer.files.dot_map_file import save_csv
 from shirube_core.command import add_settings, settings_from
 from shirube_core.files import atomic_write
 

@@ -14,8 +14,7 @@ from floor_localizer.core.dots import DotMap, level_at
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
 from floor_localizer.files.binary_format import load_binary
-from floor_localizer.files.csv_format import save_csv
-from floor_localizer.files.dot_map_file import load_dots_and_index, write_indexed_map
+from floor_localizer.files.dot_map_file import load_dots_and_index, save_csv, write_indexed_map
 from floor_localizer.files.map_building import build_tasks
 from floor_localizer.files.map_building.index_build import IndexBuild, PartSizes
 

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from floor_localizer.core.mat.page_layout import PAPERS, PageSettings, divide_into_pages, mat_size_of_page
-from floor_localizer.core.mat.random_mat import MatSettings
+from floor_localizer.core.mat.page_layout import PAPERS, MatSettings, PageSettings, divide_into_pages, mat_size_of_page
 
 
 @pytest.mark.parametrize('paper', PAPERS)

@@ -8,7 +8,7 @@ from floor_localizer.core.constellation.acceptance import new_search
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.constellation.pair_search import search_pairs
 from floor_localizer.core.dots import make_view
-from floor_localizer.core.mat.random_mat import Mat, MatSettings, generate_mat
+from floor_localizer.core.mat.page_layout import Mat, MatSettings, generate_mat
 
 SETTINGS = MatSettings(width=0.3, height=0.2)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from floor_localizer.core.pole_star.candidate_regions import candidate_regions, farthest_distances, nodes_in_squares
+from floor_localizer.core.pole_star.pole_star_matcher import candidate_regions, farthest_distances, nodes_in_squares
 from shirube_core.geometry import SE2
 
 PITCH = 0.06

@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from floor_localizer.core.pole_star.congruence import agreement_matrix, fit_pose, mutual_distances, prune_to_congruent
+from floor_localizer.core.pole_star.pole_star_matcher import (
+    agreement_matrix,
+    fit_pose,
+    mutual_distances,
+    prune_to_congruent,
+)
 from shirube_core.geometry import SE2
 
 TOLERANCE = 0.0016

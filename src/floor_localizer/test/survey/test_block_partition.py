@@ -10,15 +10,15 @@ from simulated_survey import POSITION, SETTINGS, Drive, drive_over, lane_poses, 
 from floor_localizer.core.independent_tasks import InProcessRunner
 from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner, Tile, split_into_tiles, store_boxes
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
-from floor_localizer.core.survey.adjustment.dot_estimation import fix_dots, store_existing_dots
-from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
 from floor_localizer.core.survey.adjustment.observations import (
     ObservationBlock,
     ObservationBlocks,
     collect_observations,
+    merge_observations,
     project_observations,
     project_rays_to_map,
 )
+from floor_localizer.core.survey.adjustment.surveyed_dots import fix_dots, store_existing_dots
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 from floor_localizer.core.survey.survey_image import SurveyImage
 from floor_localizer.files.array_file import DiskArrayStore

@@ -2,8 +2,11 @@ import numpy as np
 import pytest
 
 from floor_localizer.core.independent_tasks import InProcessRunner
-from floor_localizer.core.survey.adjustment.multifrontal_solver import MultifrontalSolver
-from floor_localizer.core.survey.adjustment.normal_equations import NormalEquations, unknown_indices
+from floor_localizer.core.survey.adjustment.multifrontal_solver import (
+    MultifrontalSolver,
+    NormalEquations,
+    unknown_indices,
+)
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 
 

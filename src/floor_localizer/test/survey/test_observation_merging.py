@@ -1,7 +1,7 @@
 import numpy as np
 from floor_views import CAMERA, MOUNT
 
-from floor_localizer.core.survey.adjustment.observation_merging import count_expected_views, merge_observations
+from floor_localizer.core.survey.adjustment.observations import count_expected_views, merge_observations
 from floor_localizer.core.survey.survey_image import view_outline
 from shirube_core.geometry import SE2
 

@@ -10,8 +10,7 @@ from pathlib import Path
 
 from motor_bridge.core.calibration import MeasuredRun, WheelCalibration, calibrate_wheels
 from motor_bridge.core.controller_protocol import ControllerProtocol, ControllerSetup, LinkError
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings
 from motor_bridge.core.encoder_monitor import count_difference
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge

@@ -7,8 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motor_bridge.core.controller_protocol import WheelCounts
-from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, Velocity
-from motor_bridge.core.drive_settings import DriveSettings
+from motor_bridge.core.diff_drive_kinematics import DiffDriveKinematics, DriveSettings, Velocity
 
 RESTART_COUNT = 5
 """Consistent rejected counts in a row after which the encoders are taken as reset."""

@@ -8,8 +8,15 @@ expected format. The protocol has no checksum, but firmware/motor_controller acc
 import math
 import re
 
-from motor_bridge.core.checksum import with_checksum, without_checksum
-from motor_bridge.core.controller_protocol import BadReplyError, ControllerSetup, NoReplyError, SerialLine, WheelCounts
+from motor_bridge.core.controller_protocol import (
+    BadReplyError,
+    ControllerSetup,
+    NoReplyError,
+    SerialLine,
+    WheelCounts,
+    with_checksum,
+    without_checksum,
+)
 from motor_bridge.core.diff_drive_kinematics import TICKS_MAX
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
 

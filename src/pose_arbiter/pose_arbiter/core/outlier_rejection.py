@@ -21,10 +21,11 @@ from pose_arbiter.core.kalman_filter import (
     scale_covariance,
     update,
 )
-from pose_arbiter.core.measurement import MeasurementStatus, PoseMeasurement
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from pose_arbiter.core.source_state import (
     NEVER,
+    MeasurementStatus,
+    PoseMeasurement,
     PoseWithOdometry,
     SourceState,
     attach_odometry,

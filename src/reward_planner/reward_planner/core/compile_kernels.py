@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.trinocular_depth import fuse_disparities
+from reward_planner.core.depth.trinocular_depth import fuse_disparities, points_from_depth_image
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, GridFrame

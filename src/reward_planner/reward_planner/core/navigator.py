@@ -9,20 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_controller import DriveController
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.inflated_costmap import required_frame
-from reward_planner.core.driving.moving_obstacle import MovingObstacle
+from reward_planner.core.driving.moving_obstacle_policy import MovingObstacle
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.mapping.global_map import LocalMap
-from reward_planner.core.mapping.mapping_settings import MappingSettings
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.mapping.pose_buffer import DropReason, PoseBuffer, PoseMessageFilter, PoseStatus
 from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import DrivingError, RewardPlannerError
 from reward_planner.core.route.route import NoRoute
+from reward_planner.core.settings import (
+    DrivingSettings,
+    MappingSettings,
+    PlannerSettings,
+    RewardSettings,
+    VoxelSettings,
+)
 from reward_planner.core.voxels.frame_kernels import PointCounts
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from shirube_core.geometry import SE2, CameraMount
 
 

@@ -1,12 +1,12 @@
 """Action server for Nav2's ComputePathToPose, if nav2_msgs is installed."""
 
 from collections.abc import Callable
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from time import perf_counter
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
@@ -17,13 +17,41 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from std_msgs.msg import Header
 
-from reward_planner.core.driving.thin_path import thin_path
+from reward_planner.core.driving.route_planning import run_at_once
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.route.route import NoRoute
+from reward_planner.core.route.route import NoRoute, thin_path
 from shirube_core.geometry import SE2
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.errors import FrameError, MessageError
-from shirube_ros.map_conversion import path_message
+from shirube_ros.message_conversion import path_message
+
+_THREADS = 2  # the route to a new goal does not wait for that to the previous one
+
+Result = TypeVar('Result')
+
+
+class PlanningThread:
+    """Starts threads with the first work and ends them with `end`."""
+
+    def __init__(self, *, is_used: bool) -> None:
+        """Start without threads; if they are not used, work is done at once."""
+        self._is_used = is_used
+        self._executor: ThreadPoolExecutor | None = None
+
+    def run(self, work: Callable[[], Result]) -> Future[Result]:
+        """Run a function in a thread."""
+        if not self._is_used:
+            return run_at_once(work)
+        if self._executor is None:
+            self._executor = ThreadPoolExecutor(_THREADS, thread_name_prefix='planning')
+        return self._executor.submit(work)
+
+    def end(self) -> None:
+        """End the threads after their present work, without waiting."""
+        if self._executor is not None:
+            self._executor.shutdown(wait=False, cancel_futures=True)
+            self._executor = None
+
 
 PlanRoute = Callable[[SE2 | None, SE2, float], NDArray[np.float64] | NoRoute]
 """Plans from a start (None for the robot's pose at a time [s]) to a goal: points [m], shape (n, 2), or a reason."""

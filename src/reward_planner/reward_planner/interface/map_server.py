@@ -10,14 +10,14 @@ from rclpy.publisher import Publisher
 from rclpy.time import Time
 from std_msgs.msg import Header
 
-from reward_planner.core.costmap_masks import CostmapMasks, SpeedMask
+from reward_planner.core.mapping.global_map import CostmapMasks, SpeedMask
 from reward_planner.core.navigator import MappedFrame, Navigator
 from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.files.occupancy_map_file import check_yaml_suffix, load_occupancy_map, save_occupancy_map
 from reward_planner.node_settings import NodeSettings
 from shirube_ros.callback_guard import CallbackGuard, create_trigger_service
-from shirube_ros.map_conversion import occupancy_grid
+from shirube_ros.message_conversion import occupancy_grid
 from shirube_ros.quality_of_service import map_profile
 
 _SHIFT_MIN = 0.01  # smaller shifts are rounding errors of the file [cells]

@@ -1,11 +1,15 @@
 """Subscriptions of the collision monitor to point clouds, depth images and laser scans."""
 
+import re
 from collections.abc import Callable
+from dataclasses import dataclass, field, make_dataclass
 from functools import partial
+from keyword import iskeyword
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rcl_interfaces.msg import ParameterDescriptor
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 from std_msgs.msg import Header
 
@@ -14,14 +18,54 @@ from reward_planner.core.safety.collision_monitor import CollisionMonitor
 from reward_planner.core.safety.range_frame import depth_rays, range_frame
 from reward_planner.core.safety.safety_settings import SourceSettings, sensor_rpy
 from shirube_core.geometry import PinholeCamera, matrix_from_rpy
+from shirube_core.settings import SettingsError, setting
 from shirube_ros.camera.image import depth_from_image
 from shirube_ros.camera.info import rectified_camera
 from shirube_ros.errors import CameraInfoError, MessageError
 from shirube_ros.input_watch import Need
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.map_conversion import points_from_cloud
+from shirube_ros.message_conversion import points_from_cloud, rays_from_scan
 from shirube_ros.quality_of_service import sensor_profile
-from shirube_ros.scan_conversion import rays_from_scan
+
+DEFAULT_SOURCES = ('front',)
+_PARAMETER = 'sources'
+
+
+@dataclass(frozen=True)
+class MonitorNodeSettings:
+    """Frame and type of the velocities."""
+
+    base_frame: str = setting('base_link', 'frame of the robot')
+    stamped: bool = setting(
+        True, 'whether cmd_vel_in and cmd_vel are TwistStamped rather than Twist, as in motor_bridge'
+    )
+
+
+def declare_sources(node: ManagedNode) -> type:
+    """Declare ``sources`` and the parameters of each one; return the class of their settings, one group a source.
+
+    Raises:
+        SettingsError: no names, an invalid or duplicate name, or an invalid value.
+    """
+    descriptor = ParameterDescriptor(
+        description='names of the range sensors; each has the parameters <name>.type and so on', dynamic_typing=True
+    )
+    value = node.declare_parameter(_PARAMETER, list(DEFAULT_SOURCES), descriptor).value
+    names = [str(name) for name in value] if isinstance(value, (list, tuple)) else []
+    if not names or len(set(names)) < len(names):
+        raise SettingsError(f'setting {_PARAMETER} is {value!r}; give a list of different names, such as [front]')
+    for name in names:
+        if not re.fullmatch(r'[a-z][a-z0-9_]*', name) or iskeyword(name) or node.has_parameter(name):
+            raise SettingsError(
+                f'setting {_PARAMETER} holds {name!r}; a name has lower-case letters, digits and underscores, '
+                'and is no keyword and no parameter'
+            )
+    groups = make_dataclass(
+        'SourceGroups', [(name, SourceSettings, field(default_factory=SourceSettings)) for name in names], frozen=True
+    )
+    node.declare(groups)
+    return groups
+
 
 _TOPICS = {'points': 'points', 'depth': 'depth/image', 'scan': 'scan'}
 _KINDS = {'points': PointCloud2, 'depth': Image, 'scan': LaserScan}

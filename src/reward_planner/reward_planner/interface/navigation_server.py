@@ -19,7 +19,7 @@ from reward_planner.interface.compute_path_server import NO_ROUTE_CODES, set_err
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.errors import FrameError
 from shirube_ros.managed_node import ManagedNode
-from shirube_ros.pose_conversion import pose_stamped
+from shirube_ros.message_conversion import pose_stamped
 
 NAVIGATE, FOLLOW = 'navigate_to_pose', 'follow_path'
 PROBLEM_TIMEOUT = 10.0

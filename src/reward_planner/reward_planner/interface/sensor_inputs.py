@@ -11,11 +11,10 @@ from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_msgs.msg import Header
 
-from reward_planner.core.depth.depth_points import points_from_depth_image
-from reward_planner.core.depth.trinocular_depth import TrinocularRig
+from reward_planner.core.depth.trinocular_depth import TrinocularRig, points_from_depth_image
 from reward_planner.core.navigator import SensorFrame
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.rolling_voxel_grid import equivalent_focal_length
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 from reward_planner.node_settings import NodeSettings
 from shirube_core.geometry import SE3, CameraMount, PinholeCamera
 from shirube_ros.callback_guard import CallbackGuard
@@ -24,7 +23,7 @@ from shirube_ros.camera.info import RigCamera, rectified_camera, rig_camera
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.errors import CameraInfoError, FrameError
 from shirube_ros.frames import Frames
-from shirube_ros.map_conversion import points_from_cloud
+from shirube_ros.message_conversion import points_from_cloud
 from shirube_ros.quality_of_service import overridable, sensor_profile
 from shirube_ros.stamps import StampSynchronizer
 

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from scene_simulator.ceiling.lamp_light import LampLight, LampProjection, image_motion
 from scene_simulator.ceiling.lamp_profile import face_homographies
 from scene_simulator.ceiling.lens import CeilingLens
-from scene_simulator.ceiling.people import occlude
-from scene_simulator.ceiling.room import CeilingRoom, CeilingSurface
+from scene_simulator.ceiling.room import CeilingRoom, CeilingSurface, occlude
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, PoseAt, Shutter
 from scene_simulator.imaging.sensors import GainSensor
 from shirube_core.geometry import CameraMount, PinholeCamera

@@ -11,8 +11,7 @@ from pathlib import Path
 from scene_simulator import messages
 from scene_simulator.ceiling.camera import CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LedGrid
-from scene_simulator.ceiling.lamp_drive import LampDrive, LampFrame
-from scene_simulator.ceiling.paper_run import PAPER_LAMPS, paper_run
+from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, LampFrame, paper_run
 from scene_simulator.commands.recording import (
     Entry,
     bag_parser,

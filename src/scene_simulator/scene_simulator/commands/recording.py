@@ -11,8 +11,8 @@ from tqdm import tqdm
 
 from scene_simulator import messages
 from scene_simulator.errors import SceneError
-from scene_simulator.robot.body import TiltReading
-from scene_simulator.robot.wheel_odometry import WheelErrors, WheelReading, simulate_odometry
+from scene_simulator.robot.leg_drive import TiltReading
+from scene_simulator.robot.robot_drive import WheelErrors, WheelReading, simulate_odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
 from shirube_core.command import run_command

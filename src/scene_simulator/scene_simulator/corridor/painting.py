@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from scene_simulator.imaging.pixel_coverage import clip_integral
+from scene_simulator.imaging.sensors import clip_integral
 
 SPACING = 0.004
 """Distance of the finest samples [m]: the tile repeats after 4.1 m."""

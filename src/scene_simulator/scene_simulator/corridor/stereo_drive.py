@@ -16,9 +16,8 @@ from scene_simulator.corridor.scene import CorridorScene, Person
 from scene_simulator.corridor.shapes import CorridorLight, facing_wall
 from scene_simulator.corridor.stereo_rig import StereoRig, render_pair
 from scene_simulator.errors import SceneError, check_seed
-from scene_simulator.robot.body import Suspension, TiltErrors, TiltReading, simulate_tilt
-from scene_simulator.robot.leg_drive import LegDrive
-from scene_simulator.robot.wheel_odometry import WheelErrors, WheelReading, simulate_wheel_readings
+from scene_simulator.robot.leg_drive import LegDrive, Suspension, TiltErrors, TiltReading, simulate_tilt
+from scene_simulator.robot.robot_drive import WheelErrors, WheelReading, simulate_wheel_readings
 from shirube_core.geometry import SE2
 
 STIFF_SUSPENSION = Suspension(heave=0.0005, tilt=math.radians(0.2))

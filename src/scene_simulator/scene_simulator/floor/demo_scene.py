@@ -20,7 +20,7 @@ from scene_simulator.floor.disturbances import (
     scratches,
 )
 from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, DotFloor, generate_dot_floor
-from scene_simulator.robot.body import Suspension
+from scene_simulator.robot.leg_drive import Suspension
 from scene_simulator.robot.robot_drive import RobotDrive, Waypoint
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_simulator.errors import SceneError
-from scene_simulator.floor.marks import FloorMarks, random_chips, random_ribbons
+from scene_simulator.floor.dot_floor import FloorMarks, random_chips, random_ribbons
 from scene_simulator.floor.view import FloorView
 
 _CRUMB_COLOURS = np.array([[0.10, 0.14, 0.18], [0.22, 0.28, 0.34], [0.12, 0.12, 0.12], [0.80, 0.83, 0.84]])

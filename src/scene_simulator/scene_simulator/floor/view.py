@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from scene_simulator.floor.marks import FloorMarks
-from scene_simulator.imaging.pixel_coverage import clip_integral
+from scene_simulator.floor.dot_floor import FloorMarks
+from scene_simulator.imaging.sensors import clip_integral
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])

@@ -11,6 +11,15 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import PinholeCamera
 
+
+@njit(cache=True, error_model='numpy')
+def clip_integral(t: float) -> float:
+    """Return the integral of clip(s, 0, 1) over s from 0 to t."""
+    if t <= 0.0:
+        return 0.0
+    return 0.5 * t * t if t < 1.0 else t - 0.5
+
+
 _POOL = 1 << 21
 """Normal random numbers drawn once; each row of each frame reads them from a random start."""
 

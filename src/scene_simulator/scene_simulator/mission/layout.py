@@ -5,16 +5,27 @@ and the exact start and goals.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label
 
+from scene_simulator.ceiling.camera import CeilingCamera
+from scene_simulator.ceiling.lamp import CeilingLamp, Disc
+from scene_simulator.ceiling.lens import Blooming, CeilingLens
+from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.errors import SceneError, check_seed
+from scene_simulator.floor.camera import Disturbance, FloorCamera, FloorPhoto
+from scene_simulator.floor.disturbances import FloorArea, SpecularReflection, Tape, crumbs, dust, hairs
+from scene_simulator.floor.dot_floor import DotFloor, FloorDesign, generate_dot_floor
+from scene_simulator.imaging.exposure import Shutter
 from scene_simulator.room.box_room import Box
 from scene_simulator.room.furniture import FurnishedRoom, Furnishing, furnish
-from shirube_core.geometry import SE2
+from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from shirube_core.waveform import Waveform
 
 ROOM: Box = (0.0, 0.0, 0.0, 8.0, 6.0, 3.2)
 """Corners of the room in the map frame [m]."""
@@ -127,3 +138,123 @@ def _connected_components(room: FurnishedRoom) -> NDArray[np.int32]:
     distance = _CELL * distance_transform_edt(~solid)[1:-1, 1:-1]
     components, _ = label(distance > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
     return np.asarray(components, dtype=np.int32)
+
+
+DESIGN = FloorDesign(size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), min_distance=0.0035)
+"""1200 chips a square meter; about fifty are in view."""
+
+BELLY_CAMERA = FloorCamera(PinholeCamera(235, 235, 150.0, 150.0, 117.0, 117.0))
+"""It sees 0.2 x 0.2 m from 0.13 m."""
+
+BELLY_MOUNT = CameraMount()
+EXPOSURE = 0.0015
+"""[s]"""
+
+_FLOOR_SEED = 2612
+_WEAR = 0.03
+_CARPET_COLOUR = (0.22, 0.2, 0.3)
+
+
+def surveyed_floor() -> DotFloor:
+    """Return the floor as surveyed; it is always the same."""
+    return generate_dot_floor(DESIGN, _FLOOR_SEED)
+
+
+@dataclass(frozen=True)
+class MissionFloor:
+    """The floor as it is driven on.
+
+    Attributes:
+        seed: seed of wear and dirt.
+        surveyed: floor as surveyed, before wear.
+    """
+
+    seed: int
+    surveyed: DotFloor = field(default_factory=surveyed_floor)
+
+    @cached_property
+    def worn(self) -> DotFloor:
+        """The floor without the chips that have gone."""
+        return self.surveyed.remove_chips(_WEAR, self.seed)
+
+    @cached_property
+    def disturbances(self) -> tuple[Disturbance, ...]:
+        """Disturbances of the floor, the carpet last."""
+        everywhere = FloorArea((0.0, 0.0), DESIGN.size)
+        (left, low), (right, high) = CARPET.low, CARPET.high
+        middle = 0.5 * (low + high)
+        return (
+            dust(everywhere, 400.0, self.seed + 2),
+            crumbs(everywhere, 100.0, self.seed + 3),
+            hairs(everywhere, 20.0, self.seed + 4),
+            Tape((left, middle), (right, middle), high - low, _CARPET_COLOUR),
+            SpecularReflection((-0.55, 0.42), 0.035, 0.9),
+        )
+
+    def photograph(self, poses: list[SE2], mount: CameraMount, rng: np.random.Generator) -> FloorPhoto:
+        """Return the picture of an exposure: ``T_map_base`` at even instants, mount in the upright frame."""
+        return BELLY_CAMERA.photograph(self.worn, poses, mount, self.disturbances, rng)
+
+
+LAMP_RADIUS = 0.12
+"""Radius of the frosted discs [m]: 27 image rows."""
+
+LAMPS = {
+    1 + 4 * row + column: (x, y, ROOM[5] - 0.1)
+    for row, y in enumerate((1.0, 3.0, 5.0))
+    for column, x in enumerate((1.0, 3.0, 5.0, 7.0))
+}
+"""Place of each lamp by its ID [m]."""
+
+DARK_LAMPS = (7, 8, 11, 12)
+"""IDs of those that are off."""
+
+SLOW_LAMP, FAST_LAMP = 3, 10
+"""IDs of the lamps that send commands: slow down before the first goal, speed up before the last one."""
+
+CEILING_CAMERA = CeilingCamera(
+    PinholeCamera(480, 384, 240.0, 240.0, 239.5, 191.5),
+    Shutter(60e-6, 18.9e-6),
+    CeilingLens(blooming=Blooming(glow_reach=4.0)),
+)
+"""A cheap camera with a rolling shutter; its exposure is too short for the dim ceiling."""
+
+CEILING_MOUNT = CameraMount((0.0, 0.0, 1.0), (0.0, 0.0, 0.5 * math.pi))
+"""Camera on the mast, looking straight up with the image's upper edge ahead."""
+
+LAMP_RATE = 25.0
+"""Frame rate that the lamps' waveforms are designed for [Hz]."""
+
+_CLOCK_SIGMA = 20.0
+"""Standard deviation of the lamps' clock rates [ppm]."""
+
+_PHASE_STREAM = 12
+
+
+def mission_ceiling(waveforms: Mapping[int, Waveform], seed: int) -> CeilingRoom:
+    """Return the ceiling.
+
+    Args:
+        waveforms: waveform of each lamp, by its ID; a SceneError if one is missing.
+        seed: seed of the phases and clock errors of the lamps.
+    """
+    missing = sorted(set(LAMPS) - set(waveforms))
+    if missing:
+        raise SceneError(f'lamp {missing[0]} has no waveform: give a waveform for each of {sorted(LAMPS)}')
+    rng = np.random.default_rng((seed, _PHASE_STREAM))
+    lamps = []
+    for lamp_id, position in LAMPS.items():
+        phase, offset = float(rng.uniform(0.0, 10.0)), float(rng.normal(0.0, _CLOCK_SIGMA))
+        if lamp_id not in DARK_LAMPS:
+            brightness = CEILING_CAMERA.brightness_for(1.0)
+            lamps.append(CeilingLamp(position, Disc(LAMP_RADIUS), waveforms[lamp_id], brightness, phase, offset))
+    return CeilingRoom(tuple(lamps))
+
+
+def lamps_near(room: CeilingRoom, x: float, y: float) -> CeilingRoom:
+    """Return the room with those lamps alone that the camera can see from a place [m]; the others take time."""
+    camera = CEILING_CAMERA.intrinsics
+    height = ROOM[5] - CEILING_MOUNT.xyz[2]
+    reach = height * math.hypot(camera.width / camera.fx, camera.height / camera.fy) * 0.5 + 0.5
+    near = tuple(lamp for lamp in room.lamps if math.hypot(lamp.xyz[0] - x, lamp.xyz[1] - y) < reach)
+    return CeilingRoom(near)

@@ -8,21 +8,28 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_simulator.ceiling.people import Person
-from scene_simulator.ceiling.room import CeilingRoom
+from scene_simulator.ceiling.room import CeilingRoom, Person
 from scene_simulator.corridor.scene import CorridorScene
 from scene_simulator.corridor.stereo_drive import STIFF_SUSPENSION
 from scene_simulator.corridor.stereo_rig import StereoRig
 from scene_simulator.imaging.exposure import CameraPose, camera_pose
-from scene_simulator.mission.floor import BELLY_MOUNT, EXPOSURE, MissionFloor
-from scene_simulator.mission.lamps import CEILING_CAMERA, CEILING_MOUNT, lamps_near, mission_ceiling
 from scene_simulator.mission.landmarks import FurnishedScene, covered_walls
-from scene_simulator.mission.layout import MissionLayout, mission_layout, mission_obstacles
+from scene_simulator.mission.layout import (
+    BELLY_MOUNT,
+    CEILING_CAMERA,
+    CEILING_MOUNT,
+    EXPOSURE,
+    MissionFloor,
+    MissionLayout,
+    lamps_near,
+    mission_ceiling,
+    mission_layout,
+    mission_obstacles,
+)
 from scene_simulator.mission.pedestrians import HEIGHT, RADIUS, Place, solids_at
-from scene_simulator.robot.body import Suspension, TiltErrors, TiltReading
-from scene_simulator.room.box_room import add_disparity_noise
+from scene_simulator.robot.leg_drive import Suspension, TiltErrors, TiltReading
+from scene_simulator.room.box_room import add_disparity_noise, cast_rays
 from scene_simulator.room.furniture import FurnishedRoom
-from scene_simulator.room.solids import cast_rays
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import Waveform
 

@@ -2,8 +2,12 @@
 
 import argparse
 import os
+import select
 import sys
-from collections.abc import Callable, Sequence
+import termios
+import tty
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib.resources import as_file, files
 from pathlib import Path
 from threading import Event
@@ -11,14 +15,57 @@ from threading import Event
 from rclpy.utilities import remove_ros_args
 from tqdm import tqdm
 
-from shirube_bags.bag_player import BagPlayer, load_message_class
 from shirube_bags.bag_reader import BagReader
 from shirube_bags.errors import ReplayError, ShirubeBagsError
 from shirube_bags.lockstep import Lockstep
-from shirube_bags.pause_key import pause_key
 from shirube_bags.replay import replay, wait_for_any, wait_for_counts
-from shirube_bags.ros_session import ros_session, stop_on_signals
+from shirube_bags.ros_session import BagPlayer, load_message_class, ros_session, stop_on_signals
 from shirube_bags.stamps import NANOSECONDS, number_from_zero
+
+PAUSE_KEY = b' '
+
+
+@contextmanager
+def pause_key(on_change: Callable[[bool], None]) -> Iterator[Callable[[], bool]]:
+    """Provide a function that reads the keys and returns whether the replay is paused.
+
+    It always returns False where no terminal is in the foreground. The terminal's mode is restored at the end.
+
+    Args:
+        on_change: called with the new state after each key.
+    """
+    terminal = sys.stdin.fileno() if is_in_foreground() else None
+    paused = False
+
+    def is_paused() -> bool:
+        nonlocal paused
+        while terminal is not None and select.select([terminal], [], [], 0.0)[0]:
+            keys = os.read(terminal, 1024)
+            if not keys:  # the terminal is gone
+                break
+            if keys.count(PAUSE_KEY) % 2:
+                paused = not paused
+                on_change(paused)
+        return paused
+
+    if terminal is None:
+        yield is_paused
+        return
+    former = termios.tcgetattr(terminal)
+    try:
+        tty.setcbreak(terminal)
+        yield is_paused
+    finally:
+        termios.tcsetattr(terminal, termios.TCSADRAIN, former)
+
+
+def is_in_foreground() -> bool:
+    """Return whether stdin is a terminal of which this process may read; a job in the background would be stopped."""
+    try:
+        return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
+    except (AttributeError, OSError, ValueError):  # no stdin, closed, or no terminal
+        return False
+
 
 # Timeout for delivery of the last messages before the program ends [s].
 DELIVERY_TIMEOUT = 5.0

@@ -9,10 +9,9 @@ from threading import Event
 
 from rclpy.utilities import remove_ros_args
 
-from shirube_bags.bag_recorder import BagRecorder
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import ReplayError, ShirubeBagsError
-from shirube_bags.ros_session import RosSession, ros_session, stop_on_signals
+from shirube_bags.ros_session import BagRecorder, RosSession, ros_session, stop_on_signals
 
 SEARCH_INTERVAL = 0.1
 

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from shirube_camera.core import calibration as core
-from shirube_camera.core.board import Board, BoardSettings, BoardView, ShirubeCameraError
+from shirube_camera.core.calibration import Board, BoardSettings, BoardView, ShirubeCameraError
 from shirube_camera.frame_source import CONTROLS, CameraSettings, Frame, FrameSource
 from shirube_core.command import add_settings, run_command, settings_from
 from shirube_core.files import write_text

@@ -10,7 +10,7 @@ import numpy as np
 from shirube_cli.doctor.parameter_names import unknown_names
 from shirube_cli.doctor.snapshot import SeenImages, SeenNode, Snapshot
 from shirube_cli.lamp_bands import BANDS_MIN
-from shirube_ros.camera.encodings import ENCODINGS
+from shirube_ros.camera.image import ENCODINGS
 from vlc_beacon.core.light_code.rs_fsk import PREAMBLE_SYMBOL, TONE_LOWEST, TONE_SPACING
 from vlc_beacon.core.light_code.ufsook import FRAME_RATE
 

@@ -14,7 +14,7 @@ from shirube_core.geometry import SE2
 from shirube_ros.camera.image import array_from_compressed_image, array_from_image
 from shirube_ros.camera.info import SizedCamera, check_image_size
 from shirube_ros.errors import CameraInfoError, MessageError
-from shirube_ros.pose_conversion import planar_pose, tilt_from_imu
+from shirube_ros.message_conversion import planar_pose, tilt_from_imu
 
 _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.arrays import GreyImage
-from stereo_landmark.core.edges.thinning import thin
+from stereo_landmark.core.edges.edges import thin
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind

@@ -9,7 +9,6 @@ import numpy as np
 
 from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.features.feature_search import MeasuredFeatures, SeenImages
-from stereo_landmark.core.landmark_fix import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
@@ -26,7 +25,15 @@ from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import CLOSED_FORM, FEATURES, PAPER, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.view_localizer import CONFIRMING_FRACTION, ShapePoints, ViewFault, ViewLocalizer, state_of
+from stereo_landmark.core.view_localizer import (
+    CONFIRMING_FRACTION,
+    LandmarkFix,
+    NoLandmarkFix,
+    ShapePoints,
+    ViewFault,
+    ViewLocalizer,
+    state_of,
+)
 
 __all__ = ['LandmarkFix', 'LandmarkLocalizer', 'NoLandmarkFix']
 

@@ -20,7 +20,7 @@ from std_msgs.msg import Header
 from shirube_core.geometry import CameraMount, TiltBuffer
 from shirube_ros.callback_guard import CallbackGuard
 from shirube_ros.camera.input import ImageInput
-from shirube_ros.pose_conversion import tilt_from_imu
+from shirube_ros.message_conversion import tilt_from_imu
 from shirube_ros.quality_of_service import odometry_profile
 from shirube_ros.stamps import StampValidator
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side, StampSynchronizer, stereo_rig

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.key_file import make_key_file
+from vlc_beacon.files.authorization_files import make_key_file
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
-from vlc_beacon.files.counter_file import CounterFile
+from vlc_beacon.files.authorization_files import CounterFile
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 import yaml
 
 from shirube_core.files import YamlFileError, read_yaml, write_text
-from vlc_beacon.core.packet.id_packet import BEACON_ID_MAX
+from vlc_beacon.core.packet.data_packet import BEACON_ID_MAX
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 

@@ -1,13 +1,13 @@
 """The paper's pipeline (Fukase and Kanamori, 2.2 and 2.3) from one image's dots to a pose on the floor."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from floor_localizer.core.arrays import Booleans, Floats
-from floor_localizer.core.pole_star.candidate_regions import candidate_regions, farthest_distances
-from floor_localizer.core.pole_star.congruence import agreement_matrix, fit_pose, mutual_distances, prune_to_congruent
+from floor_localizer.core.arrays import Booleans, Floats, Ints
 from floor_localizer.core.pole_star.signature import (
     SignatureTable,
     build_signature_table,
@@ -17,6 +17,95 @@ from floor_localizer.core.pole_star.signature import (
 )
 from floor_localizer.core.settings import PoleStarSettings
 from shirube_core.geometry import SE2
+
+
+@njit(cache=True)
+def mutual_distances(points: Floats, image_dots: NDArray[np.intp]) -> Floats:
+    """Return the matrix of mutual distances, ``C_d`` of fig. 16 or ``F_d`` of fig. 17, shape (m, m) [m].
+
+    ``points`` are the image dot or the candidate of each pair (image dot, candidate), shape (m, 2) [m]. The distance is
+    NaN (NA in the paper) between pairs of the same image dot.
+    """
+    distances = np.full((len(points), len(points)), np.nan)
+    for i in range(len(points)):
+        for j in range(i):
+            if image_dots[i] != image_dots[j]:
+                x, y = points[i, 0] - points[j, 0], points[i, 1] - points[j, 1]
+                distances[i, j] = distances[j, i] = math.sqrt(x * x + y * y)
+    return distances
+
+
+@njit(cache=True)
+def agreement_matrix(C_d: Floats, F_d: Floats, tolerance: float) -> Booleans:
+    """Return the 0/1 matrix of fig. 18: true where both distances agree within the tolerance [m], false for NA."""
+    return np.abs(C_d - F_d) <= tolerance
+
+
+@njit(cache=True)
+def prune_to_congruent(agreement: Booleans) -> NDArray[np.intp]:
+    """Remove the pair with the lowest column sum until every sum is one less than the remaining number (fig. 19).
+
+    The paper does not specify which of several lowest columns is removed; here it is the first. The agreement matrix is
+    symmetric and false on the diagonal; returned are the ascending indices of the pairs that all agree with each other.
+    """
+    sums = agreement.sum(axis=0)
+    remaining = np.arange(len(agreement))
+    while len(remaining) > 0:
+        lowest = np.argmin(sums[remaining])
+        if sums[remaining[lowest]] == len(remaining) - 1:
+            break
+        sums -= agreement[remaining[lowest]]
+        remaining = np.delete(remaining, lowest)
+    return remaining
+
+
+def fit_pose(image_points: Floats, map_points: Floats) -> SE2:
+    """Return the least-squares pose ``T_map_view`` of paired dots, shape (n, 2) [m], two or more, without
+    reflection.
+    """
+    image_centre, map_centre = image_points.mean(axis=0), map_points.mean(axis=0)
+    a, b = (image_points - image_centre).T, (map_points - map_centre).T
+    yaw = math.atan2(float(a[0] @ b[1] - a[1] @ b[0]), float(a[0] @ b[0] + a[1] @ b[1]))
+    turn = SE2(0.0, 0.0, yaw)
+    shift = map_centre - turn.transform(image_centre)
+    return SE2(float(shift[0]), float(shift[1]), yaw)
+
+
+def farthest_distances(image_points: Floats) -> Floats:
+    """Return each image dot's distance to the image dot farthest from it, ``R_i`` of fig. 9, shape (n,) [m]."""
+    return np.linalg.norm(image_points[:, None] - image_points[None, :], axis=2).max(axis=1)
+
+
+def nodes_in_squares(centres: Floats, radii: Floats, pitch: float) -> tuple[NDArray[np.intp], Ints]:
+    """Return which squares, with half sides ``radii`` [m], cover which nodes of the grid: indices of both,
+    shape (e,) each.
+    """
+    low = np.ceil((centres - radii[:, None]) / pitch).astype(np.int64)
+    high = np.floor((centres + radii[:, None]) / pitch).astype(np.int64)
+    squares, nodes = [], []
+    origin = low.min(axis=0)
+    columns = int(high[:, 0].max() - origin[0]) + 1
+    for step_x, step_y in np.ndindex(*np.maximum((high - low).max(axis=0), 0) + 1):
+        column, row = (low + np.array([step_x, step_y])).T
+        covering = np.flatnonzero((column <= high[:, 0]) & (row <= high[:, 1]))
+        squares.append(covering)
+        nodes.append((row[covering] - origin[1]) * columns + column[covering] - origin[0])
+    return np.concatenate(squares), np.concatenate(nodes)
+
+
+def candidate_regions(
+    image_dots: NDArray[np.intp], candidate_points: Floats, radii: Floats, pitch: float, overlap_min: int
+) -> list[NDArray[np.intp]]:
+    """Return the regions where the squares of enough different image dots overlap (figs 12 and 13): indices of pairs.
+
+    ``image_dots``, ``candidate_points`` [m] and ``radii``, ``R_i`` [m], are those of each pair (image dot, candidate);
+    the overlap is counted at nodes ``pitch`` apart [m].
+    """
+    squares, nodes = nodes_in_squares(candidate_points, radii, pitch)
+    order = np.lexsort((squares, nodes))
+    next_node = np.flatnonzero(np.diff(nodes[order])) + 1
+    regions = np.split(squares[order], next_node)
+    return [pairs for pairs in regions if len(np.unique(image_dots[pairs])) >= overlap_min]
 
 
 @dataclass(frozen=True)

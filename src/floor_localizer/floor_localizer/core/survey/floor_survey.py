@@ -12,9 +12,14 @@ from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.adjustment.block_partition import BlockPartitioner
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust_blocks
-from floor_localizer.core.survey.adjustment.dot_estimation import drop_outliers, fix_dots, store_existing_dots
 from floor_localizer.core.survey.adjustment.observations import ObservationBlocks
-from floor_localizer.core.survey.adjustment.surveyed_dots import Residuals, collect_dots
+from floor_localizer.core.survey.adjustment.surveyed_dots import (
+    Residuals,
+    collect_dots,
+    drop_outliers,
+    fix_dots,
+    store_existing_dots,
+)
 from floor_localizer.core.survey.array_store import ArrayStore, NoCheckpoint, StepCheckpoint
 from floor_localizer.core.survey.submap import Submap
 from floor_localizer.core.survey.submap_graph.connected_images import ConnectedImages, connect_images

@@ -10,8 +10,11 @@ from scipy.spatial import cKDTree
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.adjustment.bundle_adjustment import SuspensionPriors, bundle_adjust
-from floor_localizer.core.survey.adjustment.observation_merging import merge_observations
-from floor_localizer.core.survey.adjustment.observations import collect_observations, project_observations
+from floor_localizer.core.survey.adjustment.observations import (
+    collect_observations,
+    merge_observations,
+    project_observations,
+)
 from floor_localizer.core.survey.dot_matching import DotMatcher, MatchTolerances
 from floor_localizer.core.survey.survey_image import SurveyImage
 from shirube_core.geometry import SE2

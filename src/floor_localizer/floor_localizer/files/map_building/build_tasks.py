@@ -22,10 +22,10 @@ from floor_localizer.core.constellation.dot_grid import (
 )
 from floor_localizer.core.constellation.index_format import IndexRules, index_rules
 from floor_localizer.core.errors import DotMapError
+from floor_localizer.files.array_file import PartsFolder
 from floor_localizer.files.binary_format import ArrayLocation
-from floor_localizer.files.csv_format import find_duplicates
+from floor_localizer.files.dot_map_file import find_duplicates
 from floor_localizer.files.map_building.csv_chunks import CsvChunk, read_chunk
-from floor_localizer.files.map_building.parts_folder import PartsFolder
 
 # Rows of the halo around a stripe that its constellations reach into, plus one for rounding at the end points.
 MARGIN_ROWS = 4

@@ -9,7 +9,7 @@ import numpy as np
 
 from floor_localizer.core.arrays import Floats
 from floor_localizer.core.errors import DotMapError
-from floor_localizer.files.csv_format import check_dots, check_header, parse_rows
+from floor_localizer.files.dot_map_file import check_dots, check_header, parse_rows
 
 # Longer than any line of a dot map.
 _MAX_LINE_BYTES = 1 << 12

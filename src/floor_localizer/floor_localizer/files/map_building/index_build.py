@@ -24,7 +24,8 @@ from floor_localizer.core.constellation.indexed_map import IndexedMap, bitmap_sh
 from floor_localizer.core.dots import Level, arrange_levels
 from floor_localizer.core.independent_tasks import Task, TaskRunner
 from floor_localizer.files import binary_format
-from floor_localizer.files.csv_format import check_dot_count, check_units
+from floor_localizer.files.array_file import PartsFolder
+from floor_localizer.files.dot_map_file import check_dot_count, check_units
 from floor_localizer.files.map_building.build_tasks import (
     BuildPlan,
     index_stripe,
@@ -35,7 +36,6 @@ from floor_localizer.files.map_building.build_tasks import (
     split_into_stripes,
 )
 from floor_localizer.files.map_building.csv_chunks import file_digest, split_csv
-from floor_localizer.files.map_building.parts_folder import PartsFolder
 
 # Largest number of squares for a dense occupancy array.
 _SQUARES_MAX = 1 << 28

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from reward_planner.core.depth.depth_settings import DepthSettings, check_matcher_settings
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import DepthSettings, check_matcher_settings
 
 _TOLERANCE = 0.01  # of calibrated projections [px]
 _SMOOTHNESS = (8, 32)  # penalties P1 and P2 for each pixel of a block (Hirschmüller 2008)

@@ -7,38 +7,40 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drive_inputs import DriveInputs
-from reward_planner.core.driving.drive_state import DriveCommand, DriveState, stop_command
-from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.drive_state import (
+    DriveCommand,
+    DriveInputs,
+    DriveState,
+    Velocity,
+    VelocitySmoother,
+    stop_command,
+)
 from reward_planner.core.driving.fixed_route import FixedRoute
-from reward_planner.core.driving.goal_arrival import GoalArrival
 from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
-from reward_planner.core.driving.look_around import LookAround
-from reward_planner.core.driving.moving_obstacle import MovingObstacle
 from reward_planner.core.driving.moving_obstacle_policy import (
     AROUND_TIME,
+    MovingObstacle,
     MovingObstaclePolicy,
     nearby_obstacles,
     obstacle_cells,
     with_obstacles,
 )
 from reward_planner.core.driving.path_following import (
+    GoalArrival,
     braking_speed_limit,
     lookahead_point,
     mask_speed_limit,
     route_speed_limit,
     velocity_towards,
 )
-from reward_planner.core.driving.recovery import Recovery, RecoveryBehavior
+from reward_planner.core.driving.recovery import STUCK_DETAIL, LookAround, Recovery, RecoveryBehavior, StuckCheck
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.driving.route_planning import RoutePlanning, RunPlanning, run_at_once
-from reward_planner.core.driving.stuck_check import STUCK_DETAIL, StuckCheck
-from reward_planner.core.driving.velocity_smoother import Velocity, VelocitySmoother
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward_planner_error import DrivingError
+from reward_planner.core.settings import DrivingSettings, PlannerSettings, RewardSettings
 from shirube_core.geometry import SE2, wrap_angle
 
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap

@@ -6,11 +6,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.route.route import NoRoute
+from reward_planner.core.settings import DrivingSettings, PlannerSettings, RewardSettings
 from shirube_core.geometry import SE2
 
 

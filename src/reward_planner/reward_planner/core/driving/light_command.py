@@ -4,9 +4,9 @@ import json
 import math
 from dataclasses import dataclass
 
-from reward_planner.core.driving.driving_settings import DrivingSettings
 from reward_planner.core.driving.path_following import turn_rate_for_angle
 from reward_planner.core.reward_planner_error import DrivingError
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import wrap_angle
 
 OPERATIONS = ('stop', 'resume', 'slow', 'speed_up', 'turn')

@@ -8,13 +8,34 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.moving_obstacle import MovingObstacle
-from reward_planner.core.driving.velocity_smoother import Velocity
+from reward_planner.core.driving.drive_state import DriveState, Velocity
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
+
+
+@dataclass(frozen=True)
+class MovingObstacle:
+    """A tracked cluster of points in the map frame, with constant velocity.
+
+    Attributes:
+        stamp: time of the position [s].
+        position: centre (x, y) [m].
+        velocity: (x, y) [m/s].
+        radius: radius of the disc that holds the cluster [m].
+    """
+
+    stamp: float
+    position: tuple[float, float]
+    velocity: tuple[float, float]
+    radius: float
+
+    def position_at(self, time: float) -> tuple[float, float]:
+        """Return the predicted centre (x, y) at a time [s], in meters."""
+        elapsed = time - self.stamp
+        return self.position[0] + elapsed * self.velocity[0], self.position[1] + elapsed * self.velocity[1]
+
 
 _AGE_MAX = 1.0  # an obstacle whose position is older is ignored [s]
 _DISTANCE_MAX = 10.0  # an obstacle that is farther away is ignored [m]

@@ -2,19 +2,107 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from enum import Enum
 
 import numpy as np
 
-from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.driving_settings import DrivingSettings
+from reward_planner.core.driving.drive_state import DriveCommand, DriveState, Velocity
 from reward_planner.core.driving.path_following import CELL_MARGIN
-from reward_planner.core.driving.velocity_smoother import Velocity
 from reward_planner.core.mapping.global_map import GlobalMap
-from reward_planner.core.occupancy_map import FREE, OCCUPIED_THRESHOLD, GridFrame
+from reward_planner.core.occupancy_map import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import DrivingError
 from reward_planner.core.route.route import NoRoute
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2, wrap_angle
+
+STUCK_DETAIL = f'{DriveState.STUCK.value}: obstacles, lamps, a monitor or the base allow no motion'
+"""Detail of the state."""
+_TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
+_DISTANCE, _ANGLE = 0.04, 0.1  # smaller ones are the noise of the pose [m, rad]
+
+
+class StuckCheck:
+    """Compares the pose with that of some seconds ago.
+
+    Attributes:
+        is_stuck: whether the robot has not moved for long.
+    """
+
+    def __init__(self) -> None:
+        """Start anew."""
+        self.reset()
+
+    def reset(self) -> None:
+        """Start the time again."""
+        self._place: SE2 | None = None
+        self._since, self.is_stuck = math.nan, False
+
+    def checked(self, now: float, robot: SE2 | None, drive: DriveCommand) -> DriveCommand:
+        """Return the command of this cycle, as stuck if the robot should drive and is; recovery does not end that."""
+        is_driving = drive.state is DriveState.DRIVING
+        if drive.state is not DriveState.RECOVERING or not self.is_stuck:
+            self.update(now, robot, is_driving=is_driving)
+        is_held = is_driving and self.is_stuck
+        return replace(drive, state=DriveState.STUCK, detail=STUCK_DETAIL) if is_held else drive
+
+    def update(self, now: float, robot: SE2 | None, *, is_driving: bool) -> None:
+        """Take the pose at a time [s], and whether the robot should move."""
+        place, since = self._place, self._since
+        if place is None or robot is None or not is_driving or not now >= since:
+            is_moving = True
+        else:
+            is_moving = place.distance_to(robot) > _DISTANCE or abs(place.yaw_to(robot)) > _ANGLE
+        if is_moving:
+            self._place, self._since = robot, now
+        self.is_stuck = now - self._since > _TIMEOUT
+
+
+RADIUS = 1.0
+"""Radius of the surroundings, and least distance between two places of looking around [m]."""
+_UNKNOWN_FRACTION = 0.5  # of the surroundings at which the robot looks around
+
+
+class LookAround:
+    """Decides when the robot looks around, and measures its turn."""
+
+    def __init__(self, global_map: GlobalMap) -> None:
+        """Start where nothing was looked at; the map is only read."""
+        self._global_map = global_map
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the places of looking around, for instance after the map was cleared."""
+        self._places: list[SE2] = []
+        self._checked: SE2 | None = None
+        self._turned = math.inf  # a turn of less than 2 pi is under way [rad]
+
+    def update(self, robot: SE2) -> bool:
+        """Return whether the robot has to turn, given its pose in the map."""
+        if self._turned < math.tau and self._checked is not None:
+            self._turned += wrap_angle(self._checked.yaw_to(robot))
+            self._checked = robot
+            return self._turned < math.tau
+        # Checked anew after each part of the radius.
+        if self._checked is not None and self._checked.distance_to(robot) < 0.2 * RADIUS:
+            return False
+        self._checked = robot
+        was_here = any(place.distance_to(robot) < RADIUS for place in self._places)
+        if was_here or self._unknown_fraction(robot) < _UNKNOWN_FRACTION:
+            return False
+        self._places.append(robot)
+        self._turned = 0.0
+        return True
+
+    def _unknown_fraction(self, robot: SE2) -> float:
+        resolution = self._global_map.resolution
+        cells = math.ceil(RADIUS / resolution)
+        x, y = (resolution * (math.floor(number / resolution) - cells) for number in (robot.x, robot.y))
+        frame = GridFrame(x, y, resolution, 2 * cells + 1, 2 * cells + 1)
+        rows, columns = np.indices(frame.shape) - cells
+        is_near = rows**2 + columns**2 <= cells**2
+        return float((self._global_map.occupancy_in(frame)[is_near] == UNKNOWN).mean())
+
 
 _START_TIME = 1.0  # time without a route before the first behavior [s]
 _SETTLE_TIME = 1.0  # time for new frames after the map was cleared, and for a new route [s]

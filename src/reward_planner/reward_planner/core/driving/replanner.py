@@ -5,16 +5,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.driving.driving_settings import DrivingSettings
-from reward_planner.core.driving.footprint_check import FootprintCheck
-from reward_planner.core.driving.inflated_costmap import InflatedCostmap
+from reward_planner.core.driving.inflated_costmap import FootprintCheck, InflatedCostmap
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
-from reward_planner.core.planner_settings import PlannerSettings, RewardSettings
 from reward_planner.core.reward.reward_walk import reward_route
 from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import COST_MAX, LETHAL, NoRoute, Route, check_endpoints, is_reachable
 from reward_planner.core.safety.footprint import Footprint
+from reward_planner.core.settings import DrivingSettings, PlannerSettings, RewardSettings
 from shirube_core.geometry import SE2
 
 MARGIN_CELLS_MIN = 1.5  # half diagonals of two cells, rounded up [cells]

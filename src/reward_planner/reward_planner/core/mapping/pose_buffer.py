@@ -5,7 +5,7 @@ from collections import Counter, deque
 from enum import Enum
 from typing import Generic, TypeVar
 
-from reward_planner.core.mapping.mapping_settings import MappingSettings
+from reward_planner.core.settings import MappingSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import NoPoseReason, OdometryBuffer
 

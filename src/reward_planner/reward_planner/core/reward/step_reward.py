@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.planner_settings import RewardTable
+from reward_planner.core.settings import RewardTable
 
 ADVANCE, COLLISION, OUTSIDE, VISITED, DETOUR = range(5)
 TERM_NAMES = tuple(row.name for row in fields(RewardTable))

@@ -13,8 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from reward_planner.core.route.open_list import pop_first, push
 from reward_planner.core.route.route import COST_MAX, DIAGONAL, STRAIGHT, octile_distance
+from reward_planner.core.route.shortest_route import pop_first, push
 
 UNREACHED = 1 << 60
 

@@ -15,6 +15,26 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from reward_planner.core.settings import PlannerSettings
+
+_DENSE = 500  # points from the robot on that stay as they are
+
+
+def thin_path(points_map: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
+    """Return a path whose straight parts beyond the first points are one segment each (Douglas and Peucker, 1973).
+
+    Args:
+        points_map: points [m], shape (n, 2).
+        tolerance: largest deviation [m].
+    """
+    if len(points_map) <= 2 * _DENSE:
+        return points_map
+    dense, rest = points_map[:_DENSE], points_map[_DENSE:]
+    # Relative to its begin, because OpenCV rounds to single precision.
+    corners = cv2.approxPolyDP((rest - rest[0]).astype(np.float32)[:, None], tolerance, False)
+    return np.concatenate([dense, corners[:-1, 0] + rest[0], rest[-1:]])
+
+
 STRAIGHT = 470832
 DIAGONAL = 665857
 
@@ -88,3 +108,23 @@ def is_reachable(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple
     """
     _, components = cv2.connectedComponents((~blocked).view(np.uint8), connectivity=4)
     return bool(components[start] == components[goal])
+
+
+_ROUNDING = 1e-5  # clearances are computed in single precision [m]
+
+
+def inflation_costs(
+    clearance: NDArray[np.float32], inscribed_radius: float, settings: PlannerSettings
+) -> NDArray[np.uint8]:
+    """Return costs by the distance d from the nearest obstacle [m], same shape.
+
+    They are `LETHAL` up to the inscribed radius r [m], 252 exp(-k (d - r)) up to inflation_radius with
+    k = cost_scaling_factor, and 0 beyond or if k is 0.
+    """
+    costs = np.zeros(clearance.shape, dtype=np.uint8)
+    if settings.cost_scaling_factor > 0.0:
+        is_near = clearance <= settings.inflation_radius + _ROUNDING
+        distances = clearance[is_near] - np.float32(inscribed_radius)
+        costs[is_near] = np.rint(COST_MAX * np.exp(-settings.cost_scaling_factor * np.maximum(distances, 0.0)))
+    costs[clearance <= inscribed_radius + _ROUNDING] = LETHAL
+    return costs

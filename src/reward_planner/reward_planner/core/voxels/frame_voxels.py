@@ -7,6 +7,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.frame_kernels import (
     HIT,
     UNSEEN,
@@ -24,7 +25,6 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     window_around,
     window_shape,
 )
-from reward_planner.core.voxels.voxel_settings import VoxelSettings
 
 _EXIT_RAYS_MIN = 2  # rays through the same exit voxel that clear voxels, if so many are expected: one may be noise
 

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
+from reward_planner.core.settings import FREE_FRACTION, VoxelSettings
 
 _INITIAL_TILES = 64
 _ARRAYS = ('values', 'frames', 'stamps', 'has_obstacle', 'cleared', 'changed', 'was_free')

@@ -12,6 +12,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
+from reward_planner.core.settings import FREE_FRACTION, VoxelSettings
 from reward_planner.core.voxels.frame_voxels import FrameVoxelizer, FrameVoxels, is_hit
 from reward_planner.core.voxels.rolling_voxel_grid import (
     NO_TILE,
@@ -25,7 +26,6 @@ from reward_planner.core.voxels.rolling_voxel_grid import (
     window_shape,
 )
 from reward_planner.core.voxels.seen_again import forget_rest, look_again, note_changes
-from reward_planner.core.voxels.voxel_settings import FREE_FRACTION, VoxelSettings
 
 _MAXIMUM_QUANTILE = 0.99  # of the counts, M in eq. (3)
 _DECAY_STEPS = 32  # decay updates per half-life

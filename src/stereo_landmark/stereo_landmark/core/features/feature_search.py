@@ -8,10 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints, Masks
-from stereo_landmark.core.features.image_features import ImageFeatures, detect_features, match_features
 from stereo_landmark.core.features.patch_alignment import align_patches, smooth
-from stereo_landmark.core.features.taught_features import TaughtFeatures
-from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.features.taught_features import ImageFeatures, TaughtFeatures, detect_features, match_features
+from stereo_landmark.core.place.joint_fit import reproject
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, StereoRig
 
 PIXEL_GATE = 4.0

@@ -25,7 +25,7 @@ from stereo_landmark.core.patches.patch_template import (
     patch_template,
     spline_coefficients,
 )
-from stereo_landmark.core.place.reprojection import reproject
+from stereo_landmark.core.place.joint_fit import reproject
 from stereo_landmark.core.primitives.quadrilateral import Quadrilateral
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import (

@@ -8,13 +8,13 @@ import numpy as np
 
 from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
 from stereo_landmark.core.arrays import Floats
+from stereo_landmark.core.place.joint_fit import ReprojectionFit, fit_reprojection, reproject
 from stereo_landmark.core.place.point_registration import (
     closed_form,
     closed_form_covariance,
     consistent_points,
     find_consensus_set,
 )
-from stereo_landmark.core.place.reprojection import ReprojectionFit, fit_reprojection, reproject
 from stereo_landmark.core.settings import CLOSED_FORM, PlaceSettings
 from stereo_landmark.core.stereo import (
     SpatialPoints,

@@ -15,7 +15,13 @@ from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.place.point_registration import closed_form, find_consensus_set
 from stereo_landmark.core.procedure.coarse_pose import DETECTED_SIGMA, image_distances, is_in_view, predict_pixels
 from stereo_landmark.core.procedure.pose_hypotheses import FALSE_POSITIVE_MIN
-from stereo_landmark.core.procedure.procedure_tree import Combination, ProcedureTree
+from stereo_landmark.core.procedure.procedure_tree import (
+    Combination,
+    Detection,
+    ProcedureTree,
+    SearchRegion,
+    WindowDetector,
+)
 from stereo_landmark.core.procedure.stereo_matching import ROW_DIFFERENCE_MAX
 from stereo_landmark.core.procedure.stereo_view import NamedPair, TiltedCameras, align_pair, refine_pair, stereo_points
 from stereo_landmark.core.procedure.target_search import (
@@ -27,7 +33,6 @@ from stereo_landmark.core.procedure.target_search import (
     correct_circle_centres,
 )
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
-from stereo_landmark.core.procedure.window_detector import Detection, SearchRegion, WindowDetector
 from stereo_landmark.core.settings import SearchSettings
 from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, is_measurable
 

@@ -8,8 +8,7 @@ from vlc_beacon.core.light_code.rs_fsk import TONE_LOWEST, rs_fsk_code
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 from vlc_beacon.core.light_code.ufsook import UFSOOK
 from vlc_beacon.core.packet.command_packet import SHORT_BYTES
-from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD
-from vlc_beacon.core.packet.id_packet import ID_BYTES
+from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, ID_BYTES
 
 _PACKET_BYTES = ID_BYTES, SHORT_BYTES, 100 + DATA_OVERHEAD
 TONE_SECONDS = 1.0

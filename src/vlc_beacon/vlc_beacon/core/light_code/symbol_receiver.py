@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from vlc_beacon.core.light_code.symbol_code import SymbolCode
 from vlc_beacon.core.light_code.symbol_timing import FrameBuffer, symbol_log_likelihoods, timing_scores
-from vlc_beacon.core.packet.id_packet import ID_BYTES
+from vlc_beacon.core.packet.data_packet import ID_BYTES
 from vlc_beacon.core.packet.packet_reader import Packet, ReceivedPacket, read_packet
 
 TIMING_SYMBOLS = 40

@@ -19,8 +19,7 @@ import struct
 from dataclasses import dataclass, replace
 from enum import IntEnum
 
-from vlc_beacon.core.packet.crc import crc16
-from vlc_beacon.core.packet.id_packet import KIND_SHIFT, PacketKind, check_beacon_id
+from vlc_beacon.core.packet.data_packet import KIND_SHIFT, PacketKind, check_beacon_id, crc16
 from vlc_beacon.core.vlc_beacon_error import PacketError
 
 

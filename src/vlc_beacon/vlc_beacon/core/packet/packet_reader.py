@@ -3,8 +3,16 @@
 from dataclasses import dataclass
 
 from vlc_beacon.core.packet.command_packet import CommandPacket, ShortCommandPacket, command_length, read_command_packet
-from vlc_beacon.core.packet.data_packet import DATA_OVERHEAD, DataPacket, read_data_packet
-from vlc_beacon.core.packet.id_packet import ID_BYTES, KIND_SHIFT, IdPacket, PacketKind, read_id_packet
+from vlc_beacon.core.packet.data_packet import (
+    DATA_OVERHEAD,
+    ID_BYTES,
+    KIND_SHIFT,
+    DataPacket,
+    IdPacket,
+    PacketKind,
+    read_data_packet,
+    read_id_packet,
+)
 
 Packet = IdPacket | DataPacket | CommandPacket | ShortCommandPacket
 

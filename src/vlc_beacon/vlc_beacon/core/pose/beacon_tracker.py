@@ -1,5 +1,7 @@
 """Pose tracking: several lamps give a pose, one lamp and odometry track it, odometry alone bridges gaps."""
 
+import math
+from collections import deque
 from collections.abc import Iterable
 
 import numpy as np
@@ -7,12 +9,72 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, CameraMount, gravity_aligned_camera
 from vlc_beacon.core.pose.beacon_locator import EXPECTED_SIGMAS, BeaconLocator
-from vlc_beacon.core.pose.keyframe_buffer import KeyframeBuffer
 from vlc_beacon.core.pose.lamp_rays import Beacon, LampRays
 from vlc_beacon.core.pose.pose_filter import PoseFilter
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.pose_least_squares import PoseLeastSquares
 from vlc_beacon.core.settings import OdometrySettings, PoseSettings
+
+KEYFRAMES_MAX = 12
+KEYFRAME_SPACING = 0.1
+"""Minimum distance between keyframes [m]."""
+DISTANCE_MAX = 3.0
+"""Maximum distance to a used keyframe [m]."""
+DISTANCE_ERROR = 0.025
+"""Odometry error between keyframes as a fraction of the distance."""
+LAMP_HEIGHT = 2.0
+"""Typical height of lamps above the camera [m], to convert the odometry error to a ray error."""
+
+
+class KeyframeBuffer:
+    """Recent lamp observations with their odometry poses."""
+
+    def __init__(self) -> None:
+        """Start without keyframes."""
+        self._keyframes: deque[tuple[SE2, LampRays]] = deque(maxlen=KEYFRAMES_MAX)
+
+    def clear(self) -> None:
+        """Drop all keyframes."""
+        self._keyframes.clear()
+
+    def add(self, T_odom_base: SE2, rays: LampRays) -> None:
+        """Add the lamps of an image as a keyframe, if there are any and the robot has moved."""
+        if len(rays) and (not self._keyframes or self._keyframes[-1][0].distance_to(T_odom_base) >= KEYFRAME_SPACING):
+            self._keyframes.append((T_odom_base, rays))
+
+    def merged_with(self, T_odom_base: SE2, rays: LampRays) -> LampRays:
+        """Return the lamps in view merged with those of earlier keyframes.
+
+        Args:
+            T_odom_base: current odometry pose.
+            rays: current observations.
+        """
+        parts = [rays]
+        for view, (T_odom_then, observed) in enumerate(self._keyframes, start=1):
+            motion = T_odom_base.inverse() @ T_odom_then
+            distance = math.hypot(motion.x, motion.y)
+            if KEYFRAME_SPACING <= distance <= DISTANCE_MAX:
+                parts.append(_transform_rays(observed, motion, distance, view))
+        return LampRays(
+            *(
+                np.concatenate([getattr(part, name) for part in parts])
+                for name in ('ids', 'rays', 'pixel_jacobians', 'sigmas', 'motions', 'views')
+            )
+        )
+
+
+def _transform_rays(observed: LampRays, motion: SE2, distance: float, view: int) -> LampRays:
+    motions = [motion @ SE2(*row) for row in observed.motions.tolist()]
+    pixel = np.sqrt(np.abs(np.linalg.det(observed.pixel_jacobians)))
+    return LampRays(
+        observed.ids,
+        observed.rays,
+        observed.pixel_jacobians,
+        np.hypot(observed.sigmas, DISTANCE_ERROR * distance / LAMP_HEIGHT / pixel),
+        np.array([[each.x, each.y, each.yaw] for each in motions]),
+        np.full(len(observed), view),
+    )
+
 
 LOST_IMAGES = 60
 """Number of images with two or more lamps, all of them outliers, after which the filter is reset."""

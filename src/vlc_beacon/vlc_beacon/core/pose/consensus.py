@@ -7,10 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE3
-from vlc_beacon.core.pose.bearing_model import camera_points
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import AnomalyKind, BeaconAnomaly, ExpectedPose
-from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares
+from vlc_beacon.core.pose.pose_least_squares import PoseEstimate, PoseLeastSquares, camera_points
 
 ITERATIONS_MAX = 3
 LOOSE_GATE_FACTOR = 3.0

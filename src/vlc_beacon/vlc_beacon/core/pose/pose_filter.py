@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, SE3, wrap_angle
-from vlc_beacon.core.pose.bearing_model import projections_with_jacobian
 from vlc_beacon.core.pose.lamp_rays import LampRays
 from vlc_beacon.core.pose.pose_fix import ExpectedPose
+from vlc_beacon.core.pose.pose_least_squares import projections_with_jacobian
 from vlc_beacon.core.settings import OdometrySettings, PoseSettings
 
 X, Y, Z, YAW, DISTANCE_SCALE, YAW_SCALE, YAW_PER_METRE = range(7)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera, TiltBuffer, gravity_aligned_camera
+from shirube_core.motion import NoPoseReason, OdometryBuffer
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.lamp_image.blooming import fit_lit_lamp
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
@@ -15,12 +16,36 @@ from vlc_beacon.core.pose.lamp_rays import Beacon, row_motions
 from vlc_beacon.core.pose.pose_fix import BeaconFix, NoBeaconFix
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 from vlc_beacon.core.receiver.command_processor import CommandDecision, CommandProcessor
-from vlc_beacon.core.receiver.light_receiver import LightReceiver
-from vlc_beacon.core.receiver.odometry_buffer import LampOdometry
+from vlc_beacon.core.receiver.light_receiver import LampMessage, LampObservation, LightReceiver
 from vlc_beacon.core.receiver.pose_consistency import PoseConsistencyCheck
-from vlc_beacon.core.receiver.tracked_lamp import LampMessage, LampObservation
 from vlc_beacon.core.settings import CENTROID, RADIUS_INTERVAL, ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+
+class LampOdometry:
+    """Recent odometry by time in seconds."""
+
+    def __init__(self) -> None:
+        """Start with an empty buffer."""
+        self._buffer = OdometryBuffer()
+
+    def add(self, stamp: float, T_odom_base: SE2) -> None:
+        """Add a pose at a time [s], in any order."""
+        self._buffer.add(round(1e9 * stamp), T_odom_base)
+
+    def pose_at(self, stamp: float) -> SE2 | None:
+        """Return ``T_odom_base`` at a time [s], interpolated or shortly extrapolated; None if no pose is near."""
+        pose = self._buffer.pose_at(round(1e9 * stamp))
+        return None if isinstance(pose, NoPoseReason) else pose
+
+    def velocity_at(self, stamp: float) -> NDArray[np.float64]:
+        """Return the velocity of the base along its x and y [m/s] and its yaw rate [rad/s]; zeros if unknown."""
+        return np.array(self._buffer.twist_at(round(1e9 * stamp)))
+
+    def has_jumped(self, start: float, end: float) -> bool:
+        """Return whether the odometry jumped between two times [s]."""
+        return self._buffer.motion(round(1e9 * start), round(1e9 * end)) is NoPoseReason.JUMPED
+
 
 _UP_MIN = 0.5
 """Minimum cosine of the angle between the optical axis and the vertical."""

@@ -7,10 +7,9 @@ authorized again with each image, so that they are executed as soon as the robot
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
-from vlc_beacon.core.authorization.decision import Accepted, Rejected, RejectionReason
+from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer, Rejected, RejectionReason
 from vlc_beacon.core.packet.command_packet import CommandPacket
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation
+from vlc_beacon.core.receiver.light_receiver import LampObservation
 
 _RETRY_REASONS = (RejectionReason.NO_POSITION, RejectionReason.WRONG_LOCATION, RejectionReason.ALREADY_EXECUTED)
 """Rejections of rules that may be accepted later."""

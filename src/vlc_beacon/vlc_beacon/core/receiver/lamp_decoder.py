@@ -14,7 +14,7 @@ from vlc_beacon.core.lamp_image.row_profile import LampRows, row_profile, rows_f
 from vlc_beacon.core.light_code.manchester_decoder import ManchesterDecoder
 from vlc_beacon.core.light_code.rs_fsk import ROWS_MIN, TONE_LOWEST, RsFskDecoder, ToneDecoder
 from vlc_beacon.core.light_code.ufsook import UfsookDecoder
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.settings import ReceiverSettings
 

@@ -1,17 +1,23 @@
 """Lamp IDs and packets from images: detection, tracking, decoding, ID confirmation."""
 
+import json
 import math
+from collections import deque
 from collections.abc import Iterable
-from dataclasses import replace
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, replace
+from enum import Enum
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
-from vlc_beacon.core.lamp_image.lamp_tracker import LampTracker
+from vlc_beacon.core.lamp_image.lamp_tracker import LampSample, LampTracker
 from vlc_beacon.core.light_code.code_profile import rs_fsk_profile, ufsook_profile
 from vlc_beacon.core.light_code.rs_fsk import TONE_SEPARATION_MIN
+from vlc_beacon.core.packet.command_packet import CommandPacket, ShortCommandPacket
+from vlc_beacon.core.packet.data_packet import DataPacket, IdPacket, MessageAssembler
 from vlc_beacon.core.pose.lamp_rays import Beacon
 from vlc_beacon.core.receiver.lamp_decoder import (
     GlobalShutterDecoder,
@@ -20,9 +26,162 @@ from vlc_beacon.core.receiver.lamp_decoder import (
     RollingShutterDecoder,
     band_rows,
 )
-from vlc_beacon.core.receiver.tracked_lamp import LampObservation, TrackedLamp
 from vlc_beacon.core.settings import ReceiverSettings
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
+
+BACKOFF_TIME = 60.0
+"""Pause between acquisition attempts [s]."""
+UNADDRESSED_MAX = 4
+"""Number of short commands that wait for the ID of their lamp."""
+
+
+class SkipReason(Enum):
+    """Reason why a lamp is not decoded."""
+
+    NO_CODE = 'without a code'
+    TOO_SMALL = 'too small to be decoded'
+
+
+@dataclass(frozen=True)
+class LampObservation:
+    """A lamp in the image with its ID and messages.
+
+    Attributes:
+        sample: tracked position and brightness.
+        beacon: confirmed ID, None while unconfirmed.
+        unknown_id: confirmed ID that is not in the beacons file, None for none.
+        commands: command packets completed by this image.
+        skip_reason: reason why the lamp is not decoded, None if it is decoded.
+        message: text or bytes completed by this image, not authenticated, None for none.
+    """
+
+    sample: LampSample
+    beacon: int | None
+    unknown_id: int | None
+    commands: tuple[CommandPacket, ...]
+    skip_reason: SkipReason | None = None
+    message: str | bytes | None = None
+
+
+@dataclass(frozen=True)
+class LampMessage:
+    """Text or bytes that a lamp has sent, not authenticated; the sender is None while its ID is unconfirmed."""
+
+    sender: int | None
+    content: str | bytes
+
+    @property
+    def sender_name(self) -> str:
+        """The lamp as named in logs and diagnostics."""
+        return 'a lamp' if self.sender is None else f'lamp {self.sender}'
+
+    @property
+    def printable(self) -> str:
+        """The content in one line: text quoted, bytes in hexadecimal."""
+        return self.content.hex() if isinstance(self.content, bytes) else repr(self.content)
+
+    def to_json(self) -> str:
+        """Return beacon and text, or beacon and bytes in hexadecimal, as JSON."""
+        content = self.content
+        field = {'text': content} if isinstance(content, str) else {'bytes': content.hex()}
+        return json.dumps({'beacon': self.sender, **field}, ensure_ascii=False)
+
+
+class AcquisitionBackoff:
+    """Alternates between acquisition and pause without packets: mains lamps, for example, flicker permanently.
+
+    Args:
+        seconds: duration of an acquisition attempt [s].
+
+    Attributes:
+        has_timed_out: whether an acquisition attempt has timed out since the last packet.
+    """
+
+    def __init__(self, seconds: float) -> None:
+        self._seconds = seconds
+        self._since: float | None = None
+        self.has_timed_out = False
+
+    def is_active(self, stamp: float) -> bool:
+        """Return whether to decode the lamp at a time [s]."""
+        if self._since is None or stamp < self._since or stamp >= self._since + self._seconds + BACKOFF_TIME:
+            self._since = stamp
+        self.has_timed_out |= stamp >= self._since + self._seconds
+        return stamp < self._since + self._seconds
+
+    def reset(self, stamp: float) -> None:
+        """Restart the timeout after a received packet [s]."""
+        self._since, self.has_timed_out = stamp, False
+
+
+class IdConfirmation:
+    """Confirms an ID after two equal consecutive ID packets of one lamp."""
+
+    def __init__(self) -> None:
+        self._last: int | None = None
+
+    def add(self, beacon: int) -> int | None:
+        """Add the ID of one packet and return the confirmed ID, None while it is unconfirmed."""
+        confirmed = beacon if beacon == self._last else None
+        self._last = beacon
+        return confirmed
+
+
+class TrackedLamp:
+    """A lamp from frame to frame."""
+
+    def __init__(
+        self, decoder: LampDecoder, known: AbstractSet[int], readable_diameter: float, acquisition_timeout: float
+    ) -> None:
+        """Start with a new lamp.
+
+        Args:
+            decoder: decoder of this lamp.
+            known: IDs in the beacons file.
+            readable_diameter: minimum diameter for decoding [px].
+            acquisition_timeout: acquisition timeout of a lamp without an ID [s].
+        """
+        self._decoder = decoder
+        self._known = known
+        self._readable_diameter = readable_diameter
+        self._backoff = AcquisitionBackoff(acquisition_timeout)
+        self._confirmation, self._assembler = IdConfirmation(), MessageAssembler()
+        self._beacon: int | None = None
+        self._unknown_id: int | None = None
+        self._unaddressed: deque[ShortCommandPacket] = deque(maxlen=UNADDRESSED_MAX)
+
+    def update(self, view: LampView) -> LampObservation:
+        """Process a frame."""
+        commands: list[CommandPacket] = []
+        message: str | bytes | None = None
+        if self._backoff.is_active(view.stamp) or self._beacon is not None:
+            for received in self._decoder.read(view):
+                self._backoff.reset(view.stamp)
+                match received.packet:
+                    case CommandPacket() as command:
+                        commands.append(command)
+                    case ShortCommandPacket() as short:
+                        self._unaddressed.append(short)
+                    case DataPacket() as fragment:
+                        completed = self._assembler.add(fragment)
+                        message = message if completed is None else completed
+                    case IdPacket(beacon):
+                        self._confirm(beacon)
+        if self._beacon is not None:
+            # A short packet names no beacon: it waits until the ID of the lamp is confirmed.
+            commands += [short.addressed_to(self._beacon) for short in self._unaddressed]
+            self._unaddressed.clear()
+        skip_reason = None
+        if self._backoff.has_timed_out and self._beacon is None:
+            is_small = 2.0 * view.sample.radius < self._readable_diameter
+            skip_reason = SkipReason.TOO_SMALL if is_small else SkipReason.NO_CODE
+        return LampObservation(view.sample, self._beacon, self._unknown_id, tuple(commands), skip_reason, message)
+
+    def _confirm(self, beacon: int) -> None:
+        confirmed = self._confirmation.add(beacon)
+        if confirmed is not None:
+            is_known = confirmed in self._known
+            self._beacon, self._unknown_id = (confirmed, None) if is_known else (None, confirmed)
 
 
 class LightReceiver:

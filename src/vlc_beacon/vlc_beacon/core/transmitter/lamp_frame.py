@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vlc_beacon.core.packet.crc import crc16
+from vlc_beacon.core.packet.data_packet import crc16
 from vlc_beacon.core.vlc_beacon_error import LampFrameError
 
 TICK_RATE = 16e6

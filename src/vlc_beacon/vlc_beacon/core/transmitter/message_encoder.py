@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from vlc_beacon.core.authorization.command_key import CommandKey
+from vlc_beacon.core.authorization.keys_and_counters import CommandKey
 from vlc_beacon.core.packet.command_packet import (
     SHORT_STEP,
     WITHOUT_VALUE,
@@ -20,8 +20,7 @@ from vlc_beacon.core.packet.command_packet import (
     find_implausibility,
     shorten,
 )
-from vlc_beacon.core.packet.data_packet import split_message
-from vlc_beacon.core.packet.id_packet import IdPacket
+from vlc_beacon.core.packet.data_packet import IdPacket, split_message
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 
 OPERATIONS = {operation.label: operation for operation in Operation}

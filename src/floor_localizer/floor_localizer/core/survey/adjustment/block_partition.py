@@ -10,12 +10,13 @@ import numpy as np
 
 from floor_localizer.core.arrays import Booleans, Floats, Ints
 from floor_localizer.core.independent_tasks import TaskRunner, run_indexed
-from floor_localizer.core.survey.adjustment.observation_merging import cluster_observations, merge_observations
 from floor_localizer.core.survey.adjustment.observations import (
     ObservationBlock,
     ObservationBlocks,
     ProjectedObservations,
     StoredObservations,
+    cluster_observations,
+    merge_observations,
     project_observations,
     store_observations,
 )

@@ -17,15 +17,19 @@ from scipy import sparse
 
 from floor_localizer.core.arrays import Floats, Ints
 from floor_localizer.core.independent_tasks import InProcessRunner, TaskRunner
-from floor_localizer.core.survey.adjustment.dot_estimation import estimate_dots, huber_weights, weighted_means
-from floor_localizer.core.survey.adjustment.multifrontal_solver import MultifrontalSolver
-from floor_localizer.core.survey.adjustment.normal_equations import UNKNOWNS_PER_IMAGE, NormalEquations, unknown_indices
+from floor_localizer.core.survey.adjustment.multifrontal_solver import (
+    UNKNOWNS_PER_IMAGE,
+    MultifrontalSolver,
+    NormalEquations,
+    unknown_indices,
+)
 from floor_localizer.core.survey.adjustment.observations import (
     ObservationBlock,
     ObservationBlocks,
     Observations,
     project_rays_to_map,
 )
+from floor_localizer.core.survey.adjustment.surveyed_dots import estimate_dots, huber_weights, weighted_means
 from floor_localizer.core.survey.array_store import MemoryArrayStore
 
 _STEP = 1e-6
