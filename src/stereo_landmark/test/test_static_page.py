@@ -165,14 +165,9 @@ def click_on_refused_shapes(engineer):
     page.get_by_test_id(f'shape-{kind} {number}').press('Enter')
     page.get_by_test_id('toast').get_by_text(fault).wait_for()
     assert engineer.look(count) == len(METERS)
-    toggle = {'do': 'toggle', 'kind': kind, 'number': number}
-    page.evaluate(
-        """(toggle) => {
-            const other = new WebSocket(location.origin.replace('http', 'ws') + '/socket');
-            other.onopen = () => other.send(JSON.stringify(toggle));
-        }""",
-        toggle,
-    )
+    open_other = "const other = new WebSocket(location.origin.replace('http', 'ws') + '/socket')"
+    send = 'other.onopen = () => other.send(JSON.stringify(toggle))'
+    page.evaluate(f'(toggle) => {{ {open_other}; {send}; }}', {'do': 'toggle', 'kind': kind, 'number': number})
     engineer.wait(f'{count} === {len(METERS) + 1}')
     page.get_by_test_id('remove-refused').click()
     engineer.wait(f'{count} === {len(METERS)}')
@@ -225,7 +220,6 @@ def try_and_save(engineer):
     page.keyboard.press('Tab')
     page.get_by_test_id('test-result').get_by_text('roll and pitch must be within').wait_for()
     page.get_by_test_id('tilt-measured').click()
-    engineer.wait('window.__state.test?.is_fix')
     for step in ('targets', 'points', 'tree', 'test'):
         page.get_by_test_id(f'step-{step}').click()
         for width in (390, 768, 1440):
