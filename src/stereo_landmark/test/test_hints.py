@@ -68,7 +68,7 @@ def test_identical_meters_alone_are_ambiguous_when_one_at_the_end_is_hidden():
     assert trials[()].outcome is Outcome.FOUND
     assert trials['ellipse 1',].outcome is Outcome.AMBIGUOUS
     weak = list(check_trials('target_1', list(trials.values())))
-    assert any(hint.about == 'ellipse 1' and 'several poses' in hint.text for hint in weak)
+    assert any(hint.about == 'ellipse 1' and 'could be confused' in hint.text for hint in weak)
     assert Severity.STOP not in {hint.severity for hint in weak}
 
 

@@ -1,7 +1,7 @@
 """Requests of the page: valid edits change the state, invalid ones return an error and change nothing."""
 
 import json
-from pathlib import Path
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -13,7 +13,6 @@ from stereo_landmark.core.procedure.target_search import NoDetectionReason
 from stereo_landmark.core.teaching.procedure_check import Outcome, TrialRun
 from stereo_landmark.core.view_localizer import ViewFault
 from stereo_landmark.files.place_file import load_images, load_place
-from stereo_landmark.page import snapshot
 from stereo_landmark.page.place_saver import PlaceSaver
 from stereo_landmark.page.request_handler import RequestHandler
 
@@ -65,7 +64,6 @@ def test_tests_are_kept_for_each_selection_and_use_the_given_tilt(answers):
     level = ask(answers, 'test', pair=1)
     assert level['state']['tests']['1']['found']['target_1'] == [f'ellipse {k}' for k in (1, 2, 3, 4)]
     tilted = ask(answers, 'test', pair=1, tilt=[0.0, 0.02])['answer']
-    assert tilted['tilt'] == [0.0, 0.02]
     assert tilted['x'] != level['answer']['x']
     assert ask(answers, 'move', name='ellipse 4', place=0)['state']['tests'] == {}
     assert ask(answers, 'undo')['state']['tests'].keys() == {'1'}
@@ -73,9 +71,8 @@ def test_tests_are_kept_for_each_selection_and_use_the_given_tilt(answers):
 
 
 def test_every_reason_has_a_technicians_words():
-    words = (Path(snapshot.__file__).parent / 'static' / 'words.js').read_text(encoding='utf-8')
-    for reasons in (NoDetectionReason, NoPlaceFixReason, ViewFault):
-        assert not [each.value for each in reasons if f"'{each.value}':" not in words]
+    words = (files('stereo_landmark.page') / 'static' / 'words.js').read_text(encoding='utf-8')
+    assert all(f"'{each.value}':" in words for each in (*NoDetectionReason, *NoPlaceFixReason, *ViewFault))
 
 
 def test_sliders_get_edges_at_once_and_are_one_step(answers):
