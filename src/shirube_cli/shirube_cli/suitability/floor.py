@@ -41,7 +41,7 @@ _FRAMES = 9  # of a film
 _REGISTERED_SIDE = 1600  # of a photograph in which features are searched [px]
 _INLIERS_MIN, _INLIER_DISTANCE = 40, 3.0  # [-, px]
 _TURN_MIN, _SHIFT_MIN = math.radians(10.0), 0.15  # to another photograph [rad, of the width]
-_SAME_LEVELS = 1.0  # median difference below which two photographs are one [grey levels]
+_SAME_LEVELS = 3.0  # median difference below which two photographs are one [grey levels]
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ class ViewVerdict:
     @property
     def is_good(self) -> bool:
         """Whether nearly all views are located, and none wrongly."""
-        return not self.wrong and self.found >= _FOUND_MIN * self.views > 0.0
+        return not self.wrong and self.found >= _FOUND_MIN * self.views and self.views >= _TRIALS // 2
 
 
 def register(first: Image, other: Image) -> Photograph | None:
@@ -148,7 +148,8 @@ def is_same(first: Image, other: Photograph) -> bool:
 
 
 def _transform(homography: Array, points: Array) -> Array:
-    return np.asarray(cv2.perspectiveTransform(points[None].astype(np.float64), homography)[0])
+    moved = np.column_stack([points, np.ones(len(points))]) @ homography.T
+    return np.asarray(moved[:, :2] / moved[:, 2:])
 
 
 class FloorTrial:
@@ -251,49 +252,50 @@ def try_floor(arguments: Sequence[str]) -> int:
     first, outline, scale = pictures[0], None, options.mm_per_pixel
     if scale is None:
         scale, outline = find_card(first) if options.coin is None else find_coin(first, options.coin)
-    registered = [register(first, picture) for picture in pictures[1:]]
-    others = [each for each in registered if each is not None and not is_same(first, each)]
+    registered = [each for picture in pictures[1:] if (each := register(first, picture)) is not None]
+    others = [each for each in registered if not is_same(first, each)]
     height, width = (1e-3 * scale * side for side in first.shape[:2])
-    print(f'first photograph  {scale:.3f} mm/px, {1e3 * width:.0f} x {1e3 * height:.0f} mm of floor')
-    print(
-        f'other photographs {len(others)} of {len(registered)} show this area from elsewhere, '
-        f'{sum(each is None for each in registered)} cannot be registered'
-    )
-    verdicts, looked = [], others or [Photograph(first, np.eye(3))]
+    print(f'first photograph   {scale:.3f} mm/px, {1e3 * width:.0f} x {1e3 * height:.0f} mm of floor')
+    print(f'other photographs  {len(pictures) - 1}, of which {len(registered)} show the same area, '
+          f'{len(others)} of them turned or moved and in other light')  # fmt: skip
     print('view mm  height mm  dots/m²  dots in view  found  wrong  of  error mm: median, 95 %')
+    verdicts = []
     for side in _VIEWS:
-        if side / options.pixels * _ENLARGED_MAX < 1e-3 * scale or side > _VIEW_MAX * min(width, height):
-            continue
-        trial = FloorTrial(first, 1e-3 * scale, outline, side, options)
-        verdicts.append(each := trial.run(looked, np.random.default_rng(0)))
-        errors = np.quantile(1e3 * each.errors, (0.5, 0.95)) if len(each.errors) else (math.nan, math.nan)
-        print(
-            f'{1e3 * side:7.0f}  {1e3 * each.height:9.0f}  {trial.density:7.0f}  {each.dots:12.0f}  {each.found:5d}  '
-            f'{each.wrong:5d}  {each.views:2d}  {errors[0]:.2f}, {errors[1]:.2f}'
-        )
-    print(*_conclude(verdicts, is_sure=bool(others)), sep='\n')
+        if 1e-3 * scale * options.pixels / _ENLARGED_MAX <= side <= _VIEW_MAX * min(width, height):
+            trial = FloorTrial(first, 1e-3 * scale, outline, side, options)
+            each = trial.run(others or [Photograph(first, np.eye(3))], np.random.default_rng(0))
+            verdicts.append(each)
+            is_measured = others and len(each.errors)
+            error = '{:.2f}, {:.2f}'.format(*np.quantile(1e3 * each.errors, (0.5, 0.95))) if is_measured else '-'
+            print(f'{1e3 * side:7.0f}  {1e3 * each.height:9.0f}  {trial.density:7.0f}  {each.dots:12.0f}  '
+                  f'{each.found:5d}  {each.wrong:5d}  {each.views:2d}  {error}')  # fmt: skip
+    print(*_conclude(verdicts, len(pictures), is_sure=bool(others)), sep='\n')
     return int(not others or not any(each.is_good for each in verdicts))
 
 
-def _conclude(verdicts: Sequence[ViewVerdict], *, is_sure: bool) -> Iterator[str]:
+def _conclude(verdicts: Sequence[ViewVerdict], count: int, *, is_sure: bool) -> Iterator[str]:
     """Yield the verdict with its remedy."""
-    good = next((each for each in verdicts if each.is_good), None)
-    if good is None:
-        why = 'no tried view finds its place nearly always, and never a wrong one'
-        if not any(each.views for each in verdicts):
-            why = 'the photographs show too few dots, or too little of the same floor'
+    good = [each for each in verdicts if each.is_good]
+    if not good:
+        why = f'no tried view is located in {100.0 * _FOUND_MIN:.0f} % of its places'
+        if not any(each.dots for each in verdicts):
+            why = 'the photographs have no dots, or show too little of the same floor in too few pixels'
+        elif any(each.wrong for each in verdicts):
+            why = 'views are located at wrong places, for the pattern repeats'
         yield f'This floor does not suit: {why}.'
-        yield 'Photograph a larger area from straight above in even light, or print a mat: '
-        yield f'  shirube run floor_localizer print_mat --paper A3 --view-size {max(_VIEWS[1], 0.0):g}'
+        yield 'Photograph a larger area in even light, or lay a mat: shirube run floor_localizer print_mat'
         return
-    where = f'a view of {1e3 * good.side:.0f} mm or more, the camera {1e3 * good.height:.0f} mm above the floor'
+    views = ', '.join(f'{1e3 * each.side:.0f} mm from a height of {1e3 * each.height:.0f} mm' for each in good)
+    yield f'This floor {"suits" if is_sure else "possibly suits"}, with a view of {views}.'
     if is_sure:
-        yield f'This floor suits: {where}. The error is that of the dots; mount, tilt and map add to it.'
-        yield 'Wear, dirt and a pattern that repeats beyond the photographs are not seen here.'
+        yield 'The error is that of the dots; mount, tilt and map add to it. Not seen: wear, dirt, repeats elsewhere.'
         return
-    yield f'This floor possibly suits: {where}.'
-    yield 'One photograph does not show whether the dots are found again: photograph the same area a second time, '
-    yield 'turned by a quarter and in other light, and give both photographs.'
+    yield (
+        'One photograph does not show whether the dots are found again.'
+        if count == 1
+        else ('The other photographs do not show the same area a second time.')
+    )
+    yield 'For a verdict, photograph this area again, turned by a quarter and in other light; give both photographs.'
 
 
 def _parser() -> argparse.ArgumentParser:
