@@ -22,7 +22,6 @@ from floor_localizer.core.dots import DotMap
 from floor_localizer.core.fix import Fix
 from floor_localizer.core.localizer import FloorLocalizer
 from floor_localizer.core.settings import DotDetectorSettings, LocalizerSettings
-from shirube_cli.project import CommandError
 from shirube_cli.suitability.pictures import Image, grey, parse, read_film
 from shirube_cli.suitability.scale import find_card, find_coin
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
@@ -41,7 +40,7 @@ _FRAMES = 9  # of a film
 _REGISTERED_SIDE = 1600  # of a photograph in which features are searched [px]
 _INLIERS_MIN, _INLIER_DISTANCE = 40, 3.0  # [-, px]
 _TURN_MIN, _SHIFT_MIN = math.radians(10.0), 0.15  # to another photograph [rad, of the width]
-_SAME_LEVELS = 3.0  # median difference below which two photographs are one [grey levels]
+_COPY_CORRELATION = 0.98  # of the finest details, above which one photograph is a copy of the other
 
 
 @dataclass(frozen=True)
@@ -136,15 +135,16 @@ def _refine(first: Image, other: Image, homography: Array) -> Array:
 
 
 def is_same(first: Image, other: Photograph) -> bool:
-    """Return whether a registered photograph was taken from about the same place, or is a copy of the first."""
+    """Return whether a registered photograph was taken from about the same place, or is a copy."""
     (a, b), (c, d) = other.jacobian(first.shape)
     height, width = first.shape[:2]
     middle = np.array([[0.5 * width, 0.5 * height]])
     shift = _transform(np.linalg.inv(other.homography), 0.5 * np.array([other.image.shape[1::-1]])) - middle
     is_near = abs(math.atan2(c - b, a + d)) < _TURN_MIN and float(np.linalg.norm(shift)) < _SHIFT_MIN * width
-    back = cv2.warpPerspective(other.image, np.linalg.inv(other.homography), (width, height))
-    seen = back.any(axis=2)
-    return is_near or float(np.median(cv2.absdiff(back, first)[seen])) < _SAME_LEVELS
+    back = np.asarray(cv2.warpPerspective(other.image, np.linalg.inv(other.homography), (width, height)), np.uint8)
+    fine = [cv2.subtract(level := grey(each).astype(np.float32), cv2.blur(level, (5, 5))) for each in (first, back)]
+    correlation = np.corrcoef(*(each[back.any(axis=2)] for each in fine))[0, 1]
+    return is_near or bool(correlation > _COPY_CORRELATION)
 
 
 def _transform(homography: Array, points: Array) -> Array:
@@ -197,7 +197,7 @@ class FloorTrial:
         if self._ignored is None:
             return False
         u, v = self._pixels(point).tolist()
-        return cv2.pointPolygonTest(self._ignored, (u, v), True) > -margin / self._scale - 3.0  # noqa: FBT003
+        return cv2.pointPolygonTest(self._ignored, (u, v), True) > -margin / self._scale - 3.0
 
     def run(self, others: Sequence[Photograph], generator: np.random.Generator) -> ViewVerdict:
         """Locate views of the other photographs."""
@@ -257,7 +257,7 @@ def try_floor(arguments: Sequence[str]) -> int:
     height, width = (1e-3 * scale * side for side in first.shape[:2])
     print(f'first photograph   {scale:.3f} mm/px, {1e3 * width:.0f} x {1e3 * height:.0f} mm of floor')
     print(f'other photographs  {len(pictures) - 1}, of which {len(registered)} show the same area, '
-          f'{len(others)} of them turned or moved and in other light')  # fmt: skip
+          f'{len(others)} of them turned or moved')  # fmt: skip
     print('view mm  height mm  dots/m²  dots in view  found  wrong  of  error mm: median, 95 %')
     verdicts = []
     for side in _VIEWS:

@@ -29,7 +29,7 @@ def find_card(image: Image) -> tuple[float, NDArray[np.int32]]:
         sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
         long, short = float(max(sides[:2])), max(float(min(sides[:2])), 1.0)
         is_card = abs(long / short * _CARD[1] / _CARD[0] - 1.0) < _ASPECT_TOLERANCE
-        quadrilateral = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True)  # noqa: FBT003 OpenCV's
+        quadrilateral = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True)
         if is_card and len(quadrilateral) == 4 and cv2.contourArea(outline) > _FILL_MIN * long * short:
             lengths = np.linalg.norm(np.roll(quadrilateral, -1, axis=0) - quadrilateral, axis=2).ravel()
             if np.abs(lengths[:2] / lengths[2:] - 1.0).max() > _SIDE_TOLERANCE:
