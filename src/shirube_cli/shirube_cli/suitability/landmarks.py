@@ -1,10 +1,11 @@
-"""``shirube try landmarks``: which shapes of a wall are worth teaching, from how far, and how exactly they give the pose.
+"""``shirube try landmarks``: which shapes of a wall are worth teaching, how far they are, and how exact the pose is.
 
 The pairs are taught and located as `teach --drive` does it: the middle pair is taught, the others are located there.
 """
 
 import argparse
 import math
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,15 +18,20 @@ from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.features.image_features import detect_features, match_features
 from stereo_landmark.core.landmark_localizer import LandmarkFix
 from stereo_landmark.core.pair.rectification_check import PairFault, check_pair
-from stereo_landmark.core.place.place_locator import NoPlaceFix
-from stereo_landmark.core.primitives.primitive import ImageProcessing, difference
+from stereo_landmark.core.place.place_locator import PlaceFix
+from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, difference, primitive_kind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import StereoImages, StereoRig
-from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.core.teaching.drive_proposal import DriveProposal, propose_place
-from stereo_landmark.core.teaching.hints import POSITION_SIGMA_MAX, SIMILAR_MAX, report_target
-from stereo_landmark.core.teaching.primitive_selection import NearestSelection, TargetSelection, select_primitives
+from stereo_landmark.core.teaching.drive_proposal import (
+    CHOSEN_MIN,
+    TARGET,
+    found_parts,
+    list_candidates,
+    localize_pairs,
+)
+from stereo_landmark.core.teaching.hints import POSITION_SIGMA_MAX, SIMILAR_MAX, TargetReport, report_target
+from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.node_settings import NodeSettings
 
@@ -72,49 +78,58 @@ def try_landmarks(arguments: Sequence[str]) -> int:
     height, width = greys[0].shape
     focal = 0.5 * width / math.tan(0.5 * math.radians(options.fov))
     camera = PinholeCamera(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
-    mount = CameraMount(NodeSettings.camera_xyz, NodeSettings.camera_rpy)
+    mount = CameraMount((0.0, 0.0, 0.0), NodeSettings.camera_rpy)
     rig = StereoRig(camera, camera, options.baseline, mount)
     pairs = [rectify(left, right, rig) for left, right in zip(greys[::2], greys[1::2], strict=True)]
-    try:
-        proposal = propose_place('tried', len(pairs), pairs.__getitem__, rig, LandmarkSettings())
-    except StereoLandmarkError as error:
-        print(f'This wall does not suit: {error}')
+    taught = len(pairs) // 2
+    processing, pair = ImageProcessing(), pairs[taught]
+    scenes = [detect_scene(image, processing) for image in (pair.left, pair.right)]
+    teacher = Teacher(StereoView(*scenes, rig), processing)
+    shapes = list_candidates(teacher)
+    if len(shapes) < CHOSEN_MIN:
+        print(f'This wall does not suit: {len(shapes)} shapes can be measured, {CHOSEN_MIN} are needed; put up signs.')
         return 1
-    others = [each for number, each in enumerate(proposal.results) if number != proposal.taught]
-    located = sum(isinstance(each, LandmarkFix) for each in others)
-    is_exact = _print_proposal(proposal, pairs[proposal.taught], rig)
-    print(f'other pairs located: {located} of {len(others)}')
-    if not is_exact or located < _FOUND_MIN * len(others):
+    selection = TargetSelection(TARGET, shapes)
+    results = localize_pairs(teacher.teach('tried', [selection]), len(pairs), pairs.__getitem__, LandmarkSettings())
+    fixes = {n: each for n, each in enumerate(results) if isinstance(each, LandmarkFix) and n != taught}
+    found = Counter(name for fix in fixes.values() for name in found_parts(fix))
+    report = report_target(selection, shapes, teacher, PlaceSettings())
+    _print_shapes(shapes, report, found, teacher)
+    for number, result in enumerate(results):
+        if isinstance(result, LandmarkFix):
+            pose = result.displacement.T_place_base
+            text = f'{pose.x:.2f} m ahead, {pose.y:.2f} m left, turned by {math.degrees(pose.yaw):.1f} degrees'
+        else:
+            text = f'not located: {result.reason} ({result.detail})'
+        print(f'pair {number + 1}  {"taught" if number == taught else text}')
+    others = len(pairs) - 1
+    print(f'{len(fixes)} of {others} other pairs are located')
+    is_exact = isinstance(report.fix, PlaceFix) and report.fix.position_sigma <= POSITION_SIGMA_MAX
+    if not is_exact or len(fixes) < _FOUND_MIN * others:
         print('This wall does not suit from here: go nearer, use a wider baseline, or put up signs.')
         return 1
     print(f'This wall {"suits" if others else "possibly suits"}.')
     if not others:
-        print('One pair does not show whether the shapes are found again: add pairs from 0.3 m beside, and turned.')
+        print('One pair does not show whether it is found again: add pairs from 0.3 m beside it, and turned.')
     return int(not others)
 
 
-def _print_proposal(proposal: DriveProposal, pair: StereoImages, rig: StereoRig) -> bool:
-    """Print the shapes of a proposed place and what they are worth; return whether they give an exact pose."""
-    processing, (target,) = ImageProcessing(), proposal.place.targets
-    scenes = [detect_scene(image, processing) for image in (pair.left, pair.right)]
-    teacher = Teacher(StereoView(*scenes, rig), processing)
-    wanted = [NearestSelection(each.kind, tuple(each.shape.centre), name=each.name) for each in target.primitives]
-    shapes = select_primitives([*wanted], scenes[0])
-    print('shape               at u, v px  distance m  alike in view')
-    for taught in target.primitives:
-        detected = scenes[0].kinds[taught.kind].primitives
-        alike = sum(difference(each, shapes[taught.name], processing.tolerances) <= 1.0 for each in detected) - 1
-        u, v = taught.shape.centre
-        far = float(np.linalg.norm(taught.position))
-        print(f'{taught.name:<18}  {u:4.0f}, {v:4.0f}  {far:10.2f}  {alike:13d}{"  repeats" if alike > SIMILAR_MAX else ""}')
-    report = report_target(TargetSelection(target.name, shapes), shapes, teacher, PlaceSettings())
-    print(*(f'{hint.severity.value}: {hint.text}' for hint in report.hints), sep='\n')
-    if isinstance(report.fix, NoPlaceFix):
-        return False
-    sigma, far = report.fix.position_sigma, float(np.linalg.norm(target.positions, axis=1).mean())
-    print(f'expected error: {1e3 * sigma:.1f} mm, {math.degrees(report.fix.yaw_sigma):.2f} degrees at {far:.1f} m; '
-          f'{1e3 * POSITION_SIGMA_MAX:.0f} mm at about {far * math.sqrt(POSITION_SIGMA_MAX / sigma):.1f} m')  # fmt: skip
-    return sigma <= POSITION_SIGMA_MAX
+def _print_shapes(shapes: dict[str, Primitive], report: TargetReport, found: Counter[str], teacher: Teacher) -> None:
+    """Print the shapes that are worth teaching, and the expected error."""
+    names, positions = report.coordinates.names, report.coordinates.positions
+    print('shape               at u, v px  distance m  alike in view  found in other pairs')
+    for name, shape in shapes.items():
+        far = np.linalg.norm(positions[[each.startswith(f'{name}/') for each in names]], axis=1).mean()
+        detected = teacher.view.left.kinds[primitive_kind(shape)].primitives
+        alike = sum(difference(each, shape, teacher.processing.tolerances) <= 1.0 for each in detected) - 1
+        u, v = shape.centre
+        print(f'{name:<18}  {u:4.0f}, {v:4.0f}  {far:10.2f}  {alike:13d}  {found[name]:20d}'
+              f'{"  repeats: do not select it first" if alike > SIMILAR_MAX else ""}')  # fmt: skip
+    print(*(hint.text for hint in report.hints if '/' not in hint.about), sep='\n')
+    if isinstance(report.fix, PlaceFix):
+        fix, far = report.fix, float(np.linalg.norm(positions, axis=1).mean())
+        print(f'expected error  {1e3 * fix.position_sigma:.1f} mm, {math.degrees(fix.yaw_sigma):.2f} degrees by the '
+              f'noise of the shapes at {far:.1f} m; it grows with the square of the distance')  # fmt: skip
 
 
 def _parser() -> argparse.ArgumentParser:

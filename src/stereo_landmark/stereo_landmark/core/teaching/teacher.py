@@ -114,9 +114,9 @@ class Teacher:
         return measured
 
     def can_measure(self, chosen: Primitive) -> bool:
-        """Return whether a primitive detected in the left image can be measured in both."""
+        """Return whether a primitive detected in the left image can be measured in both, and is near enough."""
         try:
-            self.measure(chosen)
+            self.coordinates(stereo_points([('it', *self.measure(chosen))]))
         except StereoLandmarkError:
             return False
         return True
