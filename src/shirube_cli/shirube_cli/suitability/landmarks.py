@@ -16,27 +16,22 @@ from shirube_cli.project import CommandError
 from shirube_cli.suitability.pictures import Image, grey, parse, read_film
 from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.features.image_features import detect_features, match_features
-from stereo_landmark.core.landmark_localizer import LandmarkFix
+from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.rectification_check import PairFault, check_pair
 from stereo_landmark.core.place.place_locator import PlaceFix
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, difference, primitive_kind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.settings import LandmarkSettings, PlaceSettings
 from stereo_landmark.core.stereo import StereoImages, StereoRig
-from stereo_landmark.core.teaching.drive_proposal import (
-    CHOSEN_MIN,
-    TARGET,
-    found_parts,
-    list_candidates,
-    localize_pairs,
-)
-from stereo_landmark.core.teaching.hints import POSITION_SIGMA_MAX, SIMILAR_MAX, TargetReport, report_target
+from stereo_landmark.core.teaching.drive_proposal import CHOSEN_MIN, TARGET, list_candidates, localize_pairs
+from stereo_landmark.core.teaching.hints import POSITION_SIGMA_MAX, SIMILAR_MAX, find_skewed_shapes, report_target
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.node_settings import NodeSettings
 
 _INLIERS_MIN, _INLIER_DISTANCE = 30, 1.5  # of an epipolar geometry [-, px]
 _FOUND_MIN = 0.7  # of the other pairs
+_SETTINGS = LandmarkSettings(place=PlaceSettings(tilt_sigma=0.1))  # cameras in the hand
 
 
 def rectify(left: Image, right: Image, rig: StereoRig) -> StereoImages:
@@ -85,28 +80,30 @@ def try_landmarks(arguments: Sequence[str]) -> int:
     processing, pair = ImageProcessing(), pairs[taught]
     scenes = [detect_scene(image, processing) for image in (pair.left, pair.right)]
     teacher = Teacher(StereoView(*scenes, rig), processing)
-    shapes = list_candidates(teacher)
+    shapes = _choose_shapes(teacher)
     if len(shapes) < CHOSEN_MIN:
-        print(f'This wall does not suit: {len(shapes)} shapes can be measured, {CHOSEN_MIN} are needed; put up signs.')
+        print(f'This wall does not suit: {len(shapes)} shapes are worth teaching, {CHOSEN_MIN} are needed; put up '
+              'signs, go nearer, or use a wider baseline.')  # fmt: skip
         return 1
     selection = TargetSelection(TARGET, shapes)
-    results = localize_pairs(teacher.teach('tried', [selection]), len(pairs), pairs.__getitem__, LandmarkSettings())
-    fixes = {n: each for n, each in enumerate(results) if isinstance(each, LandmarkFix) and n != taught}
-    found = Counter(name for fix in fixes.values() for name in found_parts(fix))
-    report = report_target(selection, shapes, teacher, PlaceSettings())
-    _print_shapes(shapes, report, found, teacher)
+    fix = report_target(selection, shapes, teacher, PlaceSettings()).fix
+    if isinstance(fix, PlaceFix):
+        print(f'expected error  {1e3 * fix.position_sigma:.1f} mm, {math.degrees(fix.yaw_sigma):.2f} degrees by the '
+              'noise of the shapes; it grows with the square of the distance')  # fmt: skip
+    results = localize_pairs(teacher.teach('tried', [selection]), len(pairs), pairs.__getitem__, _SETTINGS)
     for number, result in enumerate(results):
-        if isinstance(result, LandmarkFix):
+        text = 'taught'
+        if number != taught and isinstance(result, LandmarkFix):
             pose = result.displacement.T_place_base
             text = f'{pose.x:.2f} m ahead, {pose.y:.2f} m left, turned by {math.degrees(pose.yaw):.1f} degrees'
-        else:
-            text = f'not located: {result.reason} ({result.detail})'
-        print(f'pair {number + 1}  {"taught" if number == taught else text}')
+        elif isinstance(result, NoLandmarkFix):
+            text = f'not located: {result.reason}'
+        print(f'pair {number + 1}  {text}')
     others = len(pairs) - 1
-    print(f'{len(fixes)} of {others} other pairs are located')
-    is_exact = isinstance(report.fix, PlaceFix) and report.fix.position_sigma <= POSITION_SIGMA_MAX
-    if not is_exact or len(fixes) < _FOUND_MIN * others:
-        print('This wall does not suit from here: go nearer, use a wider baseline, or put up signs.')
+    located = sum(isinstance(each, LandmarkFix) for each in results[:taught] + results[taught + 1 :])
+    is_exact = isinstance(fix, PlaceFix) and fix.position_sigma <= POSITION_SIGMA_MAX
+    if not is_exact or located < _FOUND_MIN * others:
+        print('This wall does not suit from here: keep the cameras level, go nearer, or put up signs.')
         return 1
     print(f'This wall {"suits" if others else "possibly suits"}.')
     if not others:
@@ -114,22 +111,22 @@ def try_landmarks(arguments: Sequence[str]) -> int:
     return int(not others)
 
 
-def _print_shapes(shapes: dict[str, Primitive], report: TargetReport, found: Counter[str], teacher: Teacher) -> None:
-    """Print the shapes that are worth teaching, and the expected error."""
-    names, positions = report.coordinates.names, report.coordinates.positions
-    print('shape               at u, v px  distance m  alike in view  found in other pairs')
+def _choose_shapes(teacher: Teacher) -> dict[str, Primitive]:
+    """Print the shapes that can be measured, and return those that are worth teaching, the rarest first."""
+    shapes, alike = list_candidates(teacher), Counter[str]()
+    report = report_target(TargetSelection(TARGET, shapes), shapes, teacher, PlaceSettings())
+    skewed = dict(find_skewed_shapes({name: shape for name, (shape, _) in report.measured.items()}, report.coordinates))
+    print('shape               at u, v px  distance m  alike  worth teaching')
     for name, shape in shapes.items():
-        far = np.linalg.norm(positions[[each.startswith(f'{name}/') for each in names]], axis=1).mean()
+        of_shape = np.array([each.startswith(f'{name}/') for each in report.coordinates.names])
+        far = float(np.linalg.norm(report.coordinates.positions[of_shape], axis=1).mean())
         detected = teacher.view.left.kinds[primitive_kind(shape)].primitives
-        alike = sum(difference(each, shape, teacher.processing.tolerances) <= 1.0 for each in detected) - 1
+        alike[name] = sum(difference(each, shape, teacher.processing.tolerances) <= 1.0 for each in detected) - 1
         u, v = shape.centre
-        print(f'{name:<18}  {u:4.0f}, {v:4.0f}  {far:10.2f}  {alike:13d}  {found[name]:20d}'
-              f'{"  repeats: do not select it first" if alike > SIMILAR_MAX else ""}')  # fmt: skip
-    print(*(hint.text for hint in report.hints if '/' not in hint.about), sep='\n')
-    if isinstance(report.fix, PlaceFix):
-        fix, far = report.fix, float(np.linalg.norm(positions, axis=1).mean())
-        print(f'expected error  {1e3 * fix.position_sigma:.1f} mm, {math.degrees(fix.yaw_sigma):.2f} degrees by the '
-              f'noise of the shapes at {far:.1f} m; it grows with the square of the distance')  # fmt: skip
+        why = 'no, it repeats' if alike[name] > SIMILAR_MAX else 'no, it is no rectangle' if name in skewed else 'yes'
+        print(f'{name:<18}  {u:4.0f}, {v:4.0f}  {far:10.2f}  {alike[name]:5d}  {why}')
+    names = sorted(shapes, key=alike.__getitem__)
+    return {name: shapes[name] for name in names if alike[name] <= SIMILAR_MAX and name not in skewed}
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -82,7 +82,7 @@ def propose_place(
         )
     # 2. How often each is found again.
     results = localize_pairs(teacher.teach(name, [TargetSelection(TARGET, shapes)]), count, images, settings)
-    found = Counter(part for result in results if isinstance(result, LandmarkFix) for part in found_parts(result))
+    found = Counter(part for result in results if isinstance(result, LandmarkFix) for part in _found(result))
     located = sum(isinstance(result, LandmarkFix) for result in results)
     # 3. The most reliable ones make the target, in this order.
     order = sorted(shapes, key=lambda part: -found[part])
@@ -120,7 +120,7 @@ def localize_pairs(
     return [localizer.locate(pair.left, pair.right, pair.tilt) for pair in pairs]
 
 
-def found_parts(result: LandmarkFix) -> Sequence[str]:
+def _found(result: LandmarkFix) -> Sequence[str]:
     """Return the names of the primitives of the proposed target that were found."""
     found = [name for each in result.detections if isinstance(each, TargetDetection) for name in each.found]
     return [name.removeprefix(f'{TARGET}/') for name in found]
