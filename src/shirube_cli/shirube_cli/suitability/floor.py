@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -29,7 +30,8 @@ from stereo_landmark.core.features.image_features import detect_features, match_
 
 Array = NDArray[np.float64]
 _VIEWS = (0.06, 0.09, 0.12, 0.16, 0.22, 0.30)  # sides of the views that are tried [m]
-_TRIALS = 40
+_TRIALS, _DOTS_MIN = 40, 10
+_OUTLINE_MARGIN = 3.0  # of the card [px]
 _FOUND_MIN = 0.9  # of the views, and none wrong
 _PLACES = 200  # tried for a view that fits into both photographs
 _AGREEMENT = 0.002  # of a right pose with the registration [m]
@@ -43,14 +45,8 @@ _TURN_MIN, _SHIFT_MIN = math.radians(10.0), 0.15  # to another photograph [rad, 
 _COPY_CORRELATION = 0.98  # of the finest details, above which one photograph is a copy of the other
 
 
-@dataclass(frozen=True)
-class Photograph:
-    """A photograph of the floor.
-
-    Attributes:
-        image: shape (h, w, 3).
-        homography: shape (3, 3), from pixels of the first photograph to its own.
-    """
+class Photograph(NamedTuple):
+    """A photograph, shape (h, w, 3), and the homography from pixels of the first photograph to its own."""
 
     image: Image
     homography: Array
@@ -58,29 +54,21 @@ class Photograph:
     def resized(self, scale: float) -> 'Photograph':
         """Return it in another size, relative to its own."""
         size = [max(round(scale * side), 1) for side in self.image.shape[1::-1]]
-        method = cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC
-        shift = 0.5 * scale - 0.5  # the origin is the centre of a pixel
-        resize = np.array([[scale, 0.0, shift], [0.0, scale, shift], [0.0, 0.0, 1.0]])
-        return Photograph(np.asarray(cv2.resize(self.image, size, interpolation=method)), resize @ self.homography)
+        image = cv2.resize(self.image, size, interpolation=cv2.INTER_AREA if scale < 1.0 else cv2.INTER_CUBIC)
+        factors = np.array([*size, 1.0]) / (*self.image.shape[1::-1], 1.0)
+        resize = np.diag(factors)
+        resize[:2, 2] = 0.5 * factors[:2] - 0.5  # the origin is the centre of a pixel
+        return Photograph(np.asarray(image, np.uint8), resize @ self.homography)
 
-    def jacobian(self, shape: tuple[int, ...]) -> Array:
-        """Return the derivative of its pixels by those of the first photograph, in the middle of that."""
-        u, v = 0.5 * shape[1], 0.5 * shape[0]
-        corners = _transform(self.homography, np.array([[u, v], [u + 1.0, v], [u, v + 1.0]]))
-        return (corners[1:] - corners[0]).T
+    def jacobian(self, middle: Array) -> Array:
+        """Return the derivative of its pixels by those of the first photograph at a pixel of that."""
+        around = _transform(self.homography, middle + np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]))
+        return np.asarray((around[1:] - around[0]).T, np.float64)
 
 
 @dataclass(frozen=True)
 class ViewVerdict:
-    """What became of views of one size.
-
-    Attributes:
-        side: side of the square of floor in view [m].
-        height: of the camera [m].
-        dots: mean number of dots in view.
-        errors: of the views that are located [m].
-        views: number of views.
-    """
+    """What became of views of one side [m]: mean number of dots, errors of located views [m], number of views."""
 
     side: float
     height: float
@@ -94,38 +82,33 @@ class ViewVerdict:
         return int(np.count_nonzero(self.errors > _AGREEMENT))
 
     @property
-    def found(self) -> int:
-        """Number of right poses."""
-        return len(self.errors) - self.wrong
-
-    @property
     def is_good(self) -> bool:
         """Whether nearly all views are located, and none wrongly."""
-        return not self.wrong and self.found >= _FOUND_MIN * self.views and self.views >= _TRIALS // 2
+        return not self.wrong and len(self.errors) >= _FOUND_MIN * self.views and self.views >= _TRIALS // 2
 
 
 def register(first: Image, other: Image) -> Photograph | None:
     """Return another photograph of the same area with its homography, None if they have too little in common."""
-    scales = [min(_REGISTERED_SIDE / max(each.shape), 1.0) for each in (first, other)]
-    small = [Photograph(each, np.eye(3)).resized(scale) for each, scale in zip((first, other), scales, strict=True)]
-    here, there = (detect_features(grey(each.image)) for each in small)
-    pairs = match_features(here, there)
+    here, there = (
+        Photograph(each, np.eye(3)).resized(min(_REGISTERED_SIDE / max(each.shape), 1.0)) for each in (first, other)
+    )
+    greys = grey(here.image), grey(there.image)
+    features = [detect_features(each) for each in greys]
+    pairs = match_features(*features)
     if len(pairs) < _INLIERS_MIN:
         return None
-    found, inliers = cv2.findHomography(here.pixels[pairs[:, 0]], there.pixels[pairs[:, 1]], 8, _INLIER_DISTANCE)
+    pixels = (each.pixels[column] for each, column in zip(features, pairs.T, strict=True))
+    found, inliers = cv2.findHomography(*pixels, cv2.RANSAC, _INLIER_DISTANCE)
     if found is None or inliers.sum() < _INLIERS_MIN:
         return None
-    found = _refine(*(grey(each.image) for each in small), found)
-    return Photograph(other, np.linalg.inv(small[1].homography) @ found @ small[0].homography)
+    found = _refine(*greys, np.asarray(found))
+    return Photograph(other, np.linalg.inv(there.homography) @ found @ here.homography)
 
 
 def _refine(first: Image, other: Image, homography: Array) -> Array:
     """Align grey pictures by their grey levels; features have a bias of half a pixel."""
-    criteria, size = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-6), first.shape[::-1]
-    back, seen = (
-        cv2.warpPerspective(each, homography, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
-        for each in (other, np.full_like(other, 255))
-    )
+    criteria, inverse = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-6), np.linalg.inv(homography)
+    back, seen = (cv2.warpPerspective(e, inverse, first.shape[::-1]) for e in (other, np.full_like(other, 255)))
     start = np.eye(3, dtype=np.float32)
     try:
         _, left = cv2.findTransformECC(first, back, start, cv2.MOTION_HOMOGRAPHY, criteria, seen, 5)
@@ -136,113 +119,95 @@ def _refine(first: Image, other: Image, homography: Array) -> Array:
 
 def is_same(first: Image, other: Photograph) -> bool:
     """Return whether a registered photograph was taken from about the same place, or is a copy."""
-    (a, b), (c, d) = other.jacobian(first.shape)
-    height, width = first.shape[:2]
-    middle = np.array([[0.5 * width, 0.5 * height]])
-    shift = _transform(np.linalg.inv(other.homography), 0.5 * np.array([other.image.shape[1::-1]])) - middle
-    is_near = abs(math.atan2(c - b, a + d)) < _TURN_MIN and float(np.linalg.norm(shift)) < _SHIFT_MIN * width
-    back = np.asarray(cv2.warpPerspective(other.image, np.linalg.inv(other.homography), (width, height)), np.uint8)
-    fine = [cv2.subtract(level := grey(each).astype(np.float32), cv2.blur(level, (5, 5))) for each in (first, back)]
-    correlation = np.corrcoef(*(each[back.any(axis=2)] for each in fine))[0, 1]
-    return is_near or bool(correlation > _COPY_CORRELATION)
+    size, inverse = np.array(first.shape[1::-1]), np.linalg.inv(other.homography)
+    (a, b), (c, d) = other.jacobian(0.5 * size)
+    shift = _transform(inverse, 0.5 * np.array([other.image.shape[1::-1]]))[0] - 0.5 * size
+    is_near = abs(math.atan2(c - b, a + d)) < _TURN_MIN and float(np.hypot(*shift)) < _SHIFT_MIN * size[0]
+    back = np.asarray(cv2.warpPerspective(other.image, inverse, size.tolist()), np.uint8)
+    levels = [grey(each).astype(np.float32) for each in (first, back)]
+    fine = [(each - cv2.GaussianBlur(each, (0, 0), 2.0))[back.any(axis=2)] for each in levels]
+    return is_near or bool(np.corrcoef(*fine)[0, 1] > _COPY_CORRELATION)
 
 
 def _transform(homography: Array, points: Array) -> Array:
     moved = np.column_stack([points, np.ones(len(points))]) @ homography.T
-    return np.asarray(moved[:, :2] / moved[:, 2:])
+    return np.asarray(moved[:, :2] / moved[:, 2:], np.float64)
 
 
 class FloorTrial:
-    """The map of a photograph, and views of one size to locate in it.
+    """The map of a photograph of this scale [m/px], and views of one side [m] to locate in it.
 
-    Args:
-        first: first photograph, shape (h, w, 3).
-        scale: its scale [m/px].
-        ignored: outline of the card or coin in it [px].
-        side: side of the views [m].
-        options: of the command.
+    What is inside the outline of the card or coin is ignored.
     """
 
     def __init__(
-        self, first: Image, scale: float, ignored: NDArray[np.int32] | None, side: float, options: argparse.Namespace
+        self, first: Image, scale: float, outline: NDArray[np.int32] | None, side: float, options: argparse.Namespace
     ) -> None:
-        self._shape, self._scale, self._side, self._ignored = first.shape, scale, side, ignored
+        self._size, self._scale, self._side, self._outline = np.array(first.shape[1::-1]), scale, side, outline
         half, pixels = 0.5 / math.tan(0.5 * math.radians(options.fov)), options.pixels
-        self._metres, self.height = side / pixels, half * side
-        self._camera = PinholeCamera(pixels, pixels, half * pixels, half * pixels, *[0.5 * (pixels - 1)] * 2)
-        mount = CameraMount((0.0, 0.0, self.height))
+        self._metres, self._height, middle = side / pixels, half * side, 0.5 * (pixels - 1)
+        self._camera = PinholeCamera(pixels, pixels, half * pixels, half * pixels, middle, middle)
+        mount = CameraMount((0.0, 0.0, self._height))
         grid = np.stack(np.meshgrid(np.arange(pixels), np.arange(pixels)), axis=-1).reshape(-1, 2)
         self._floor = mount.floor_points_from_rays(self._camera.rays_from_pixels(grid.astype(np.float64)))
-        detector = DotDetector(
-            DotDetectorSettings(maximum_diameter=DotDetectorSettings().largest_diameter(pixels, pixels))
-        )
+        largest = DotDetectorSettings().largest_diameter(pixels, pixels)  # as in the images of the robot's camera
+        detector = DotDetector(DotDetectorSettings(maximum_diameter=largest))
         resized = Photograph(first, np.eye(3)).resized(scale / self._metres)
-        points = self._metric(_transform(np.linalg.inv(resized.homography), detector.detect(resized.image).pixels))
-        points = points[[not self._is_ignored(point, 0.0) for point in points]]
-        self.density = len(points) / (np.prod(first.shape[:2]) * scale**2)
-        self._localizer, self._odds = None, 1.0
-        if len(points) > 10:
+        found = _transform(np.linalg.inv(resized.homography), detector.detect(resized.image).pixels)
+        points = found[[not self._is_ignored(point, 0.0) for point in found]] * (scale, -scale)
+        self.density = len(points) / float(np.prod(self._size * scale))
+        self._localizer = None
+        if len(points) >= _DOTS_MIN:
             floor = index_map(DotMap(points, np.full(len(points), np.nan)))
             self._localizer = FloorLocalizer(floor, mount, None, detector)
             # The whole floor has more dots for a wrong match than the photograph.
-            self._odds = max(options.area * self.density / len(points), 1.0)
+            factor = max(options.area * self.density / len(points), 1.0)
+            self._chance_max = LocalizerSettings.chance_alignments_max / factor
 
-    def _metric(self, pixels: Array) -> Array:
-        return pixels.reshape(-1, 2) * (self._scale, -self._scale)
-
-    def _pixels(self, points: Array) -> Array:
-        return points / (self._scale, -self._scale)
-
-    def _is_ignored(self, point: Array, margin: float) -> bool:
-        if self._ignored is None:
-            return False
-        u, v = self._pixels(point).tolist()
-        return cv2.pointPolygonTest(self._ignored, (u, v), True) > -margin / self._scale - 3.0
+    def _is_ignored(self, pixel: Array, reach: float) -> bool:
+        u, v = pixel.tolist()
+        return self._outline is not None and bool(
+            cv2.pointPolygonTest(self._outline, (u, v), True) > -reach / self._scale - _OUTLINE_MARGIN
+        )
 
     def run(self, others: Sequence[Photograph], generator: np.random.Generator) -> ViewVerdict:
         """Locate views of the other photographs."""
-        counts, errors, views = [], [], 0
+        counts, errors = list[int](), list[float]()
         for other in islice(cycle(others), _TRIALS if self._localizer else 0):
             drawn = self._cut(other, generator)
             if drawn is None or self._localizer is None:
                 continue
-            dots, pose = self._localizer.detect(drawn[0]), drawn[1]
+            dots = self._localizer.detect(drawn[0])
+            counts.append(len(dots))
             fix = self._localizer.locate_dots(dots, self._camera)
-            views, counts = views + 1, [*counts, len(dots)]
-            if (
-                isinstance(fix, Fix)
-                and fix.expected_chance_alignments * self._odds < LocalizerSettings.chance_alignments_max
-            ):
-                errors.append(fix.T_map_base.distance_to(pose))
-        return ViewVerdict(self._side, self.height, float(np.mean(counts or 0.0)), np.array(errors), views)
+            if isinstance(fix, Fix) and fix.expected_chance_alignments < self._chance_max:
+                errors.append(fix.T_map_base.distance_to(drawn[1]))
+        return ViewVerdict(self._side, self._height, float(np.mean(counts or 0.0)), np.array(errors), len(counts))
 
     def _cut(self, other: Photograph, generator: np.random.Generator) -> tuple[Image, SE2] | None:
         """Return a view of the robot's camera and its pose; None if it does not fit into both photographs."""
-        reach = 0.5 * math.sqrt(2.0) * self._side * (1.0 + _SCALE_ERROR)
-        stretch = math.sqrt(abs(float(np.linalg.det(other.jacobian(self._shape)))))
+        stretch = math.sqrt(abs(float(np.linalg.det(other.jacobian(0.5 * self._size)))))
         other = other.resized(self._scale / stretch / self._metres)
         for _ in range(_PLACES):
-            x, y = self._metric(generator.uniform(0.0, self._shape[1::-1]))[0].tolist()
-            pose = SE2(x, y, generator.uniform(-math.pi, math.pi))
+            u, v = generator.uniform(0.0, self._size).tolist()
+            pose = SE2(self._scale * u, -self._scale * v, generator.uniform(-math.pi, math.pi))
             points = pose.transform((1.0 + generator.uniform(-_SCALE_ERROR, _SCALE_ERROR)) * self._floor)
-            first = self._pixels(points)
+            first = points / (self._scale, -self._scale)
             pixels = _transform(other.homography, first)
-            inside = [
-                ((each > 0) & (each < np.array(shape[1::-1]) - 1.0)).all()
-                for each, shape in ((first, self._shape), (pixels, other.image.shape))
-            ]
-            if all(inside) and not self._is_ignored(np.array([x, y]), reach):
-                break
-        else:
-            return None
+            bounds = (first, self._size), (pixels, np.array(other.image.shape[1::-1]))
+            is_inside = all(((each > 0.0) & (each < size - 1)).all() for each, size in bounds)
+            if is_inside and not self._is_ignored(np.array([u, v]), self._side / math.sqrt(2.0)):
+                return self._expose(other.image, pixels, generator), pose
+        return None
+
+    def _expose(self, image: Image, pixels: Array, generator: np.random.Generator) -> Image:
+        """Return the view, unevenly lit and with noise."""
         side = self._camera.width
         u, v = np.moveaxis(pixels.astype(np.float32).reshape(side, side, 2), 2, 0)
-        cut = cv2.remap(other.image, u, v, cv2.INTER_CUBIC).astype(np.float64)
-        slope = np.linspace(-1.0, 1.0, side)
-        along, across = generator.uniform(-_GRADIENT, _GRADIENT, 2)
+        slope, (along, across) = np.linspace(-1.0, 1.0, side), generator.uniform(-_GRADIENT, _GRADIENT, 2)
         light = generator.uniform(*_GAIN) * (1.0 + along * slope + across * slope[:, None])
-        noisy = cut * light[..., None] + generator.normal(0.0, _NOISE, cut.shape)
-        return np.clip(np.round(noisy), 0, 255).astype(np.uint8), pose
+        seen = light[..., None] * cv2.remap(image, u, v, cv2.INTER_CUBIC)
+        return np.clip(np.round(seen + generator.normal(0.0, _NOISE, seen.shape)), 0, 255).astype(np.uint8)
 
 
 def try_floor(arguments: Sequence[str]) -> int:
@@ -263,12 +228,12 @@ def try_floor(arguments: Sequence[str]) -> int:
     for side in _VIEWS:
         if 1e-3 * scale * options.pixels / _ENLARGED_MAX <= side <= _VIEW_MAX * min(width, height):
             trial = FloorTrial(first, 1e-3 * scale, outline, side, options)
-            each = trial.run(others or [Photograph(first, np.eye(3))], np.random.default_rng(0))
-            verdicts.append(each)
-            is_measured = others and len(each.errors)
-            error = '{:.2f}, {:.2f}'.format(*np.quantile(1e3 * each.errors, (0.5, 0.95))) if is_measured else '-'
-            print(f'{1e3 * side:7.0f}  {1e3 * each.height:9.0f}  {trial.density:7.0f}  {each.dots:12.0f}  '
-                  f'{each.found:5d}  {each.wrong:5d}  {each.views:2d}  {error}')  # fmt: skip
+            seen = trial.run(others or [Photograph(first, np.eye(3))], np.random.default_rng(0))
+            verdicts.append(seen)
+            is_measured = others and len(seen.errors)
+            error = '{:.2f}, {:.2f}'.format(*np.quantile(1e3 * seen.errors, (0.5, 0.95))) if is_measured else '-'
+            print(f'{1e3 * side:7.0f}  {1e3 * seen.height:9.0f}  {trial.density:7.0f}  {seen.dots:12.0f}  '
+                  f'{len(seen.errors) - seen.wrong:5d}  {seen.wrong:5d}  {seen.views:2d}  {error}')  # fmt: skip
     print(*_conclude(verdicts, len(pictures), is_sure=bool(others)), sep='\n')
     return int(not others or not any(each.is_good for each in verdicts))
 
@@ -281,7 +246,7 @@ def _conclude(verdicts: Sequence[ViewVerdict], count: int, *, is_sure: bool) -> 
         if not any(each.dots for each in verdicts):
             why = 'the photographs have no dots, or show too little of the same floor in too few pixels'
         elif any(each.wrong for each in verdicts):
-            why = 'views are located at wrong places, for the pattern repeats'
+            why = 'views are located at wrong places: the pattern repeats, or a photograph is oblique'
         yield f'This floor does not suit: {why}.'
         yield 'Photograph a larger area in even light, or lay a mat: shirube run floor_localizer print_mat'
         return
