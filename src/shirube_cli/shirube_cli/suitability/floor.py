@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -93,12 +93,12 @@ def register(first: Image, other: Image) -> Photograph | None:
         Photograph(each, np.eye(3)).resized(min(_REGISTERED_SIDE / max(each.shape), 1.0)) for each in (first, other)
     )
     greys = grey(here.image), grey(there.image)
-    features = [detect_features(each) for each in greys]
-    pairs = match_features(*features)
+    of_first, of_other = (detect_features(each) for each in greys)
+    pairs = match_features(of_first, of_other)
     if len(pairs) < _INLIERS_MIN:
         return None
-    pixels = (each.pixels[column] for each, column in zip(features, pairs.T, strict=True))
-    found, inliers = cv2.findHomography(*pixels, cv2.RANSAC, _INLIER_DISTANCE)
+    pixels = of_first.pixels[pairs[:, 0]], of_other.pixels[pairs[:, 1]]
+    found, inliers = cv2.findHomography(pixels[0], pixels[1], cv2.RANSAC, _INLIER_DISTANCE)
     if found is None or inliers.sum() < _INLIERS_MIN:
         return None
     found = _refine(*greys, np.asarray(found))
@@ -129,7 +129,7 @@ def is_same(first: Image, other: Photograph) -> bool:
     return is_near or bool(np.corrcoef(*fine)[0, 1] > _COPY_CORRELATION)
 
 
-def _transform(homography: Array, points: Array) -> Array:
+def _transform(homography: NDArray[np.floating[Any]], points: Array) -> Array:
     moved = np.column_stack([points, np.ones(len(points))]) @ homography.T
     return np.asarray(moved[:, :2] / moved[:, 2:], np.float64)
 

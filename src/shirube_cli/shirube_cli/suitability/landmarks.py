@@ -78,8 +78,8 @@ def try_landmarks(arguments: Sequence[str]) -> int:
     pairs = [rectify(left, right, rig) for left, right in zip(greys[::2], greys[1::2], strict=True)]
     taught = len(pairs) // 2
     processing, pair = ImageProcessing(), pairs[taught]
-    scenes = [detect_scene(image, processing) for image in (pair.left, pair.right)]
-    teacher = Teacher(StereoView(*scenes, rig), processing)
+    left, right = (detect_scene(image, processing) for image in (pair.left, pair.right))
+    teacher = Teacher(StereoView(left, right, rig), processing)
     shapes = _choose_shapes(teacher)
     if len(shapes) < CHOSEN_MIN:
         print(f'This wall does not suit: {len(shapes)} shapes are worth teaching, {CHOSEN_MIN} are needed; put up '
