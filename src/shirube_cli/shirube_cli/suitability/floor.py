@@ -191,12 +191,14 @@ class FloorTrial:
         for _ in range(_PLACES):
             u, v = generator.uniform(0.0, self._size).tolist()
             pose = SE2(self._scale * u, -self._scale * v, generator.uniform(-math.pi, math.pi))
-            points = pose.transform((1.0 + generator.uniform(-_SCALE_ERROR, _SCALE_ERROR)) * self._floor)
-            first = points / (self._scale, -self._scale)
-            pixels = _transform(other.homography, first)
-            bounds = (first, self._size), (pixels, np.array(other.image.shape[1::-1]))
-            is_inside = all(((each > 0.0) & (each < size - 1)).all() for each, size in bounds)
-            if is_inside and not self._is_ignored(np.array([u, v]), self._side / math.sqrt(2.0)):
+            if self._is_ignored(np.array([u, v]), self._side / math.sqrt(2.0)):
+                continue
+            points = (1.0 + generator.uniform(-_SCALE_ERROR, _SCALE_ERROR)) * self._floor
+            side = self._camera.width
+            first = pose.transform(points[[0, side - 1, -side, -1]]) / (self._scale, -self._scale)
+            bounds = (first, self._size), (_transform(other.homography, first), other.image.shape[1::-1])
+            if all(((each > 0.0) & (each < np.array(size) - 1.0)).all() for each, size in bounds):
+                pixels = _transform(other.homography, pose.transform(points) / (self._scale, -self._scale))
                 return self._expose(other.image, pixels, generator), pose
         return None
 

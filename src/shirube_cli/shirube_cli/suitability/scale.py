@@ -22,20 +22,26 @@ def find_card(image: Image) -> tuple[float, NDArray[np.int32]]:
     """Return the scale of a photograph, shape (h, w, 3) [mm/px], by a bank card on it, and the card's outline.
 
     Raises:
-        CommandError: no card is found, or the photograph is oblique.
+        CommandError: no card is found, or it is seen obliquely.
     """
+    best: tuple[float, NDArray[np.int32]] | None = None
+    error = _ASPECT_TOLERANCE
     for outline in _outlines(image):
         corners = cv2.boxPoints(cv2.minAreaRect(outline))
         sides = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
         long, short = float(max(sides[:2])), max(float(min(sides[:2])), 1.0)
-        is_card = abs(long / short * _CARD[1] / _CARD[0] - 1.0) < _ASPECT_TOLERANCE
+        aspect = abs(long / short * _CARD[1] / _CARD[0] - 1.0)
         quadrilateral = cv2.approxPolyDP(outline, 0.03 * cv2.arcLength(outline, True), True)
-        if is_card and len(quadrilateral) == 4 and cv2.contourArea(outline) > _FILL_MIN * long * short:
-            lengths = np.linalg.norm(np.roll(quadrilateral, -1, axis=0) - quadrilateral, axis=2).ravel()
-            if np.abs(lengths[:2] / lengths[2:] - 1.0).max() > _SIDE_TOLERANCE:
-                raise CommandError('the card is seen obliquely; photograph the floor from straight above')
-            return 0.5 * (_CARD[0] / long + _CARD[1] / short), outline
-    raise CommandError('no bank card is found; lay it flat with floor around it, or give --coin or --mm-per-pixel')
+        if aspect >= error or len(quadrilateral) != 4 or cv2.contourArea(outline) < _FILL_MIN * long * short:
+            continue
+        lengths = np.linalg.norm(np.roll(quadrilateral, -1, axis=0) - quadrilateral, axis=2).ravel()
+        if np.abs(lengths[:2] / lengths[2:] - 1.0).max() < _SIDE_TOLERANCE:
+            error, best = aspect, (0.5 * (_CARD[0] / long + _CARD[1] / short), outline)
+    if best is not None:
+        return best
+    raise CommandError(
+        'no bank card is found; lay it flat, photograph from straight above, or give --coin or --mm-per-pixel'
+    )
 
 
 def find_coin(image: Image, diameter: float) -> tuple[float, NDArray[np.int32]]:
