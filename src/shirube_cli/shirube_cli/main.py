@@ -22,6 +22,7 @@ usage: shirube <command> [arguments ...]
   check [--fix]                   format, lint and types
   bench <name>                    run one of the benchmarks
   migrate FILE ...                rename former parameters in your parameter files
+  try floor|landmarks|lamps FILE  will it work here? from photographs or a film of yours
   doctor [FILE ...]               what is wrong with the running nodes, the machine or parameter files
   --version                       the version, and where it is installed
 """
@@ -39,6 +40,7 @@ COMMANDS = {
     'check': ('shirube_cli.develop', 'check'),
     'bench': ('shirube_cli.develop', 'bench'),
     'migrate': ('shirube_cli.migrate', 'migrate'),
+    'try': ('shirube_cli.suitability.command', 'try_here'),
     'doctor': ('shirube_cli.doctor.command', 'doctor'),
 }
 

@@ -74,14 +74,14 @@ def propose_place(
     left, right = (detect_scene(image, processing) for image in (pair.left, pair.right))
     teacher = Teacher(StereoView(left, right, rig, pair.tilt), processing)
     # 1. Candidates: what can be measured, the largest first.
-    shapes = _candidates(teacher)
+    shapes = list_candidates(teacher)
     if len(shapes) < CHOSEN_MIN:
         raise StereoLandmarkError(
             f'only {len(shapes)} shapes in the middle of the drive can be measured in both images, {CHOSEN_MIN} are '
             'needed; drive where signs, doors or instruments are in view'
         )
     # 2. How often each is found again.
-    results = _localize(teacher.teach(name, [TargetSelection(TARGET, shapes)]), count, images, settings)
+    results = localize_pairs(teacher.teach(name, [TargetSelection(TARGET, shapes)]), count, images, settings)
     found = Counter(part for result in results if isinstance(result, LandmarkFix) for part in _found(result))
     located = sum(isinstance(result, LandmarkFix) for result in results)
     # 3. The most reliable ones make the target, in this order.
@@ -95,10 +95,10 @@ def propose_place(
     # 4. What the place achieves.
     place = teacher.teach(name, [TargetSelection(TARGET, chosen)])
     recall = {part: found[part] / located for part in chosen}
-    return DriveProposal(taught, place, recall, tuple(_localize(place, count, images, settings)))
+    return DriveProposal(taught, place, recall, tuple(localize_pairs(place, count, images, settings)))
 
 
-def _candidates(teacher: Teacher) -> dict[str, Primitive]:
+def list_candidates(teacher: Teacher) -> dict[str, Primitive]:
     """Return measurable primitives by name, apart from each other."""
     chosen: dict[str, Primitive] = {}
     detected = [each for kind in KINDS for each in teacher.view.left.kinds[kind].primitives]
@@ -111,15 +111,16 @@ def _candidates(teacher: Teacher) -> dict[str, Primitive]:
     return chosen
 
 
-def _localize(
+def localize_pairs(
     place: TaughtPlace, count: int, images: Callable[[int], StereoImages], settings: LandmarkSettings
 ) -> list[LandmarkFix | NoLandmarkFix]:
+    """Return the result of each pair at one place; arguments as for `propose_place`."""
     localizer = LandmarkLocalizer([place], settings)
     pairs = (images(number) for number in range(count))
     return [localizer.locate(pair.left, pair.right, pair.tilt) for pair in pairs]
 
 
 def _found(result: LandmarkFix) -> Sequence[str]:
-    """Return the names of the primitives that were found."""
+    """Return the names of the primitives of the proposed target that were found."""
     found = [name for each in result.detections if isinstance(each, TargetDetection) for name in each.found]
     return [name.removeprefix(f'{TARGET}/') for name in found]

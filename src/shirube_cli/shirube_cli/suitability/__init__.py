@@ -1,0 +1,1 @@
+"""`shirube try`: will it work here? From photographs and films, before anything is bought."""
