@@ -96,9 +96,6 @@ def draw_background(axes: Axes, traces: MissionTraces) -> None:
         _add_box(axes, zone.low, zone.high, **style)
     _draw_room(axes, traces, filled=True)
     _draw_goals(axes, traces)
-    x0, y0, _, x1, y1, _ = ROOM
-    limits = {'xlim': (x0 - _MARGIN, x1 + _MARGIN), 'ylim': (y0 - _MARGIN, y1 + _MARGIN)}
-    axes.set(aspect='equal', **limits)
 
 
 def draw_map(path: Path, traces: MissionTraces) -> None:
@@ -131,6 +128,8 @@ def _draw_room(axes: Axes, traces: MissionTraces, *, filled: bool) -> None:
         label = ('obstacles' if filled else 'true obstacles') if number == 0 else None
         _add_box(axes, (x0, y0), (x1, y1), fill=filled, color=colour, linewidth=1.3, label=label)
     _add_box(axes, ROOM[:2], ROOM[3:5], fill=False, color=colour, linewidth=2.0)
+    x0, y0, _, x1, y1, _ = ROOM
+    axes.set(aspect='equal', xlim=(x0 - _MARGIN, x1 + _MARGIN), ylim=(y0 - _MARGIN, y1 + _MARGIN))
 
 
 def _draw_goals(axes: Axes, traces: MissionTraces) -> None:
@@ -144,9 +143,7 @@ def _draw_goals(axes: Axes, traces: MissionTraces) -> None:
 
 
 def _finish_plan(axes: Axes, title: str) -> None:
-    x0, y0, _, x1, y1, _ = ROOM
-    limits = {'xlim': (x0 - _MARGIN, x1 + _MARGIN), 'ylim': (y0 - _MARGIN, y1 + _MARGIN)}
-    axes.set(aspect='equal', **limits, xlabel='x [m]', ylabel='y [m]', title=title)
+    axes.set(xlabel='x [m]', ylabel='y [m]', title=title)
     _legend(axes)
 
 

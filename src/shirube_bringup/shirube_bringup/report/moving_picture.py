@@ -9,9 +9,9 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from scene_simulator.mission.layout import ROBOT_RADIUS
+from scene_simulator.mission.layout import ROBOT_RADIUS, ZONES
 from shirube_bringup.record import MissionTraces
-from shirube_bringup.report.figures import COLOURS, PEOPLE, TRUTH, draw_background
+from shirube_bringup.report.figures import COLOURS, PEOPLE, TRUTH, ZONE_COLOURS, ZONE_LABELS, draw_background
 from shirube_bringup.report.replay import SOURCES, main_status
 from shirube_bringup.report.trace_errors import align_all_poses, as_array
 
@@ -58,7 +58,8 @@ class _Drive:
         self._robot.set_center((x, y))
         self._heading.set_data([x, x + ROBOT_RADIUS * np.cos(yaw)], [y, y + ROBOT_RADIUS * np.sin(yaw)])
         reached = sum(end <= time for _, end in self._traces.legs)
-        self._title.set_text(f'{time:.0f} s, {reached} of {len(self._traces.layout.goals)} goals reached')
+        goals = f'{reached} of {len(self._traces.layout.goals)} goals reached'
+        self._title.set_text(f'{time:.0f} s, {goals}.   Blue: true track, red: fused pose, pink: people')
         return ()
 
 
@@ -73,7 +74,10 @@ def write_moving_picture(path: Path, traces: MissionTraces) -> None:
     figure = plt.figure(figsize=(8.0, 6.6))
     axes = figure.add_axes((0.01, 0.085, 0.98, 0.87))
     draw_background(axes, traces)
-    axes.set(xticks=[], yticks=[])
+    axes.axis('off')
+    for name, zone in ZONES.items():
+        words = {'color': ZONE_COLOURS[name], 'ha': 'center', 'va': 'bottom'}
+        axes.text((zone.low[0] + zone.high[0]) / 2.0, zone.low[1] + 0.05, ZONE_LABELS[name], **words)
     drive, end = _Drive(axes, traces), traces.truth[-1][0]
     times = np.append(np.linspace(traces.truth[0][0], end, _IMAGES), np.full(_LAST, end))
     FuncAnimation(figure, drive.show, times.tolist()).save(path, PillowWriter(_RATE), dpi=100)
