@@ -20,7 +20,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         parser.error(f'{target}: choose a name that ends with .gif or .webp')
     try:
         write_moving_picture(target, MissionTraces.from_json(source.read_text()))
-    except (KeyError, TypeError, ValueError):
+    except (LookupError, TypeError, ValueError):
         print(f'picture: {source}: not the traces of a mission; drive it again with `room`', file=sys.stderr)
         return 1
     except OSError as fault:

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from scene_simulator.mission.layout import ROBOT_RADIUS, ROOM, ZONES
 from shirube_bringup.record import FUSED_ERROR_MAX, GridMap, MissionTraces
-from shirube_bringup.report.replay import OCCUPIED, SOURCES
+from shirube_bringup.report.replay import SOURCES
 from shirube_bringup.report.trace_errors import (
     Array,
     align_all_poses,
@@ -41,6 +41,7 @@ LABELS = {'pose_arbiter': 'fused (pose_arbiter)', 'odometry': 'odometry alone'}
 TRUTH, PEOPLE = '#1d4ed8', '#be185d'
 ZONE_COLOURS = {'carpet': '#a16207', 'dark': '#1e293b', 'covered': '#0e7490'}
 ZONE_LABELS = {'carpet': 'carpet: no dots', 'dark': 'lamps off', 'covered': 'landmarks covered'}
+_OCCUPIED = 50
 _MARGIN = 0.15
 _STATUS_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
@@ -115,7 +116,7 @@ def draw_map(path: Path, traces: MissionTraces) -> None:
 
 def _draw_grid(axes: Axes, grid: GridMap) -> None:
     cells = np.array(grid.cells).reshape(grid.shape)
-    kinds = np.where(cells < 0, 0, np.where(cells >= OCCUPIED, 2, 1))
+    kinds = np.where(cells < 0, 0, np.where(cells >= _OCCUPIED, 2, 1))
     (left, low), (rows, columns) = grid.corner, grid.shape
     extent = (left, left + columns * grid.resolution, low, low + rows * grid.resolution)
     colours = ListedColormap(['#c9ced6', '#ffffff', '#111827'])

@@ -80,5 +80,7 @@ def write_moving_picture(path: Path, traces: MissionTraces) -> None:
         axes.text((zone.low[0] + zone.high[0]) / 2.0, zone.low[1] + 0.05, ZONE_LABELS[name], **words)
     drive, end = _Drive(axes, traces), traces.truth[-1][0]
     times = np.append(np.linspace(traces.truth[0][0], end, _IMAGES), np.full(_LAST, end))
-    FuncAnimation(figure, drive.show, times.tolist()).save(path, PillowWriter(_RATE), dpi=100)
+    unfinished = path.with_stem(f'.{path.stem}.part')
+    FuncAnimation(figure, drive.show, times.tolist()).save(unfinished, PillowWriter(_RATE), dpi=100)
+    unfinished.replace(path)
     plt.close(figure)

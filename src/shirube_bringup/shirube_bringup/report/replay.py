@@ -1,19 +1,16 @@
 """Data of the replay in the report: poses and people at 10 Hz, and the status of each source per second."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from scene_simulator.mission.layout import ROBOT_RADIUS, ROOM, ZONES
-from shirube_bringup.record import GridMap, MissionTraces
+from shirube_bringup.record import MissionTraces
 from shirube_bringup.report.trace_errors import Array, align_all_poses, as_array, status_rates
 
 _PERIOD = 0.1
 """Period of the replay [s]."""
 SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
-OCCUPIED = 50
-"""Cells of at least this occupancy are drawn as occupied."""
 
 
 def replay_data(traces: MissionTraces) -> dict[str, Any]:
@@ -33,7 +30,6 @@ def replay_data(traces: MissionTraces) -> dict[str, Any]:
         'people': [np.round(traces.people[k], 2).tolist() for k in steps] if traces.people else [],
         'poses': {name: _rounded(poses[thin(poses)]) for name, poses in align_all_poses(traces).items()},
         'status': main_status(traces),
-        'map': None if traces.map is None else _map_data(traces.map),
     }
 
 
@@ -59,15 +55,3 @@ def main_status(traces: MissionTraces) -> dict[str, list[str]]:
 def _largest(rates: dict[str, float]) -> str:
     name = max(rates, key=lambda name: rates[name], default='')
     return name if rates.get(name) else ''
-
-
-def _map_data(grid: GridMap) -> dict[str, Any]:
-    rows, columns = grid.shape
-    cells: Sequence[str] = ['?' if cell < 0 else '#' if cell >= OCCUPIED else '.' for cell in grid.cells]
-    return {
-        'corner': grid.corner,
-        'resolution': grid.resolution,
-        'rows': rows,
-        'columns': columns,
-        'cells': ''.join(cells),
-    }

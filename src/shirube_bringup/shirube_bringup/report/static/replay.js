@@ -4,14 +4,13 @@
   const [canvas, play, seek, clock, speed, list, layers] = ['plan', 'play', 'seek', 'clock', 'speed', 'sources', 'layers'].map((id) => document.getElementById(id));
   const context = canvas.getContext('2d');
   const SOURCES = ['floor_localizer', 'vlc_beacon', 'stereo_landmark'];
-  const NAMES = { truth: 'true', pose_arbiter: 'fused (pose_arbiter)', odometry: 'odometry alone', people: 'people', map: "robot's map (at the end)" };
+  const NAMES = { truth: 'true', pose_arbiter: 'fused (pose_arbiter)', odometry: 'odometry alone', people: 'people' };
   const ZONES = { carpet: 'carpet: no dots', dark: 'lamps off', covered: 'landmarks covered' };
   const FRESH = 1.5; // a pose that is older is not drawn [s]
-  const shown = { truth: true, pose_arbiter: true, floor_localizer: true, vlc_beacon: true, stereo_landmark: true, people: true, odometry: false, map: false };
+  const shown = { truth: true, pose_arbiter: true, floor_localizer: true, vlc_beacon: true, stereo_landmark: true, people: true, odometry: false };
   const margin = 0.15; // [m]
   const [x0, y0, x1, y1] = mission.room;
   let colours = {};
-  let grid = null;
   let now = 0;
   let isPlaying = false;
   let before = 0;
@@ -20,19 +19,7 @@
 
   function readColours() {
     const style = getComputedStyle(document.documentElement);
-    for (const name of ['ground', 'room', 'wall', 'free', 'unknown', 'occupied', 'ink', ...Object.keys(shown), ...Object.keys(ZONES)]) colours[name] = style.getPropertyValue(`--${name}`).trim();
-    grid = mission.map && gridPicture(mission.map);
-  }
-
-  function gridPicture({ columns, rows, cells }) {
-    const picture = document.createElement('canvas');
-    Object.assign(picture, { width: columns, height: rows });
-    const paint = picture.getContext('2d');
-    for (let k = 0; k < cells.length; k += 1) {
-      paint.fillStyle = colours[{ '?': 'unknown', '.': 'free', '#': 'occupied' }[cells[k]]];
-      paint.fillRect(k % columns, rows - 1 - Math.floor(k / columns), 1, 1);
-    }
-    return picture;
+    for (const name of ['ground', 'room', 'wall', 'ink', ...Object.keys(shown), ...Object.keys(ZONES)]) colours[name] = style.getPropertyValue(`--${name}`).trim();
   }
 
   /** Index of the last row whose time is not after a time, -1 for none. */
@@ -89,13 +76,8 @@
 
   function drawRoom() {
     box([x0, y0], [x1, y1], colours.room, 1);
-    if (shown.map && grid) {
-      const { corner, resolution, columns, rows } = mission.map;
-      context.imageSmoothingEnabled = false;
-      context.drawImage(grid, ...toPage(corner[0], corner[1] + rows * resolution), columns * resolution * scale, rows * resolution * scale);
-    }
     for (const [name, low, high] of mission.zones) box(low, high, colours[name], 0.16);
-    for (const [left, low, right, high] of mission.boxes) box([left, low], [right, high], colours.wall, shown.map ? 0.45 : 1);
+    for (const [left, low, right, high] of mission.boxes) box([left, low], [right, high], colours.wall, 1);
     context.lineWidth = 2;
     box([x0, y0], [x1, y1], colours.wall, 1, true);
     for (const [name, low, high] of mission.zones) text(ZONES[name] ?? name, (low[0] + high[0]) / 2, low[1] + 0.08, colours[name]);
@@ -190,10 +172,9 @@
     list.append(item);
   }
   for (const name of Object.keys(shown)) {
-    if (name === 'map' && !mission.map) continue;
     const [label, box_, dot] = ['label', 'input', 'i'].map((kind) => document.createElement(kind));
     Object.assign(box_, { type: 'checkbox', checked: shown[name], onchange: () => { shown[name] = box_.checked; draw(); } });
-    dot.style.background = `var(--${name === 'map' ? 'occupied' : name})`;
+    dot.style.background = `var(--${name})`;
     label.append(box_, dot, NAMES[name] ?? name);
     layers.append(label);
   }
