@@ -91,6 +91,18 @@ class MissionTraces:
         """Return the traces as JSON text, with six decimals."""
         return json.dumps(json.loads(json.dumps(asdict(self)), parse_float=lambda text: round(float(text), 6)))
 
+    @classmethod
+    def from_json(cls, text: str) -> 'MissionTraces':
+        """Return the traces that `as_json` wrote; raise a KeyError, TypeError or ValueError for other text."""
+        data = json.loads(text)
+        start, *goals = (SE2(**pose) for pose in (data['layout']['start'], *data['layout']['goals']))
+        read = {
+            'layout': MissionLayout(start, tuple(goals)),
+            'trust': [StatusCount(**count) for count in data['trust']],
+            'map': data['map'] and GridMap(**data['map']),
+        }
+        return cls(**{**data, **read})
+
 
 @dataclass(frozen=True)
 class GoalRecord:

@@ -1,15 +1,19 @@
 """The report of a synthetic mission shows its results and failures."""
 
-import json
 import math
 import re
+import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from scene_simulator.mission.layout import mission_layout
+from shirube_bringup.commands.picture import main as picture
 from shirube_bringup.record import GoalRecord, GridMap, MissionRecord, MissionTraces, StatusCount
+from shirube_bringup.report import moving_picture
 from shirube_bringup.report.page import PICTURES, goal_table, page, write_report
+from shirube_bringup.report.replay import replay_data
 from shirube_bringup.report.trace_errors import align_to_map, as_array, pose_errors, zone_spans
 from shirube_core.geometry import SE2
 
@@ -126,6 +130,46 @@ def test_zone_spans_are_the_times_inside():
 
 def test_traces_survive_json():
     _, traces = mission(GOOD)
-    read = json.loads(traces.as_json())
-    assert read['layout']['goals'][0]['x'] == pytest.approx(traces.layout.goals[0].x, abs=1e-4)
-    assert len(read['truth']) == len(traces.truth)
+    read = MissionTraces.from_json(traces.as_json())
+    assert read.as_json() == traces.as_json()
+    assert read.layout.goals[0].distance_to(traces.layout.goals[0]) < 1e-5
+    assert (read.trust, read.map and read.map.shape) == (traces.trust, [2, 3])
+
+
+def test_the_replay_has_every_pose_at_its_time_and_the_status_of_most_poses():
+    _, traces = mission(GOOD, GOOD, GOOD)
+    data = replay_data(replace(traces, people=[[(time, 1.0)] for time, *_ in traces.truth]))
+    assert all(x == pytest.approx(1.0 + 0.2 * t, abs=1e-3) for t, x, _, _ in data['truth'])
+    assert np.diff([row[0] for row in data['truth']]) == pytest.approx(0.1, abs=0.021)
+    assert [[(row[0], 1.0)] for row in data['truth']] == pytest.approx(np.array(data['people']), abs=0.01)
+    assert data['status']['vlc_beacon'][:20] == [*['used'] * 7, 'gated', *['used'] * 11, '']
+
+
+def test_the_moving_picture_is_a_gif_and_other_files_are_refused_in_one_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(moving_picture, '_IMAGES', 3)
+    _, traces = mission(GOOD)
+    (tmp_path / 'traces.json').write_text(traces.as_json())
+    assert picture([str(tmp_path), str(tmp_path / 'a.gif')]) == 0
+    assert (tmp_path / 'a.gif').read_bytes().startswith(b'GIF89a')
+    for text in ('{', '[]', '{"layout": 1}'):
+        (tmp_path / 'traces.json').write_text(text)
+        assert picture([str(tmp_path), str(tmp_path / 'b.gif')]) == 1
+        assert capsys.readouterr().err.count('\n') == 1
+    assert not (tmp_path / 'b.gif').exists()
+
+
+@pytest.mark.skipif(shutil.which('chromium') is None, reason='the page is tested in chromium: apt-get install chromium')
+def test_the_page_replays_fits_a_phone_and_prints_on_two_pages(tmp_path):
+    playwright = pytest.importorskip('playwright.sync_api', reason='pip install playwright')
+    address = write_report(tmp_path, *mission(GOOD, GOOD, GOOD)).as_uri()
+    with playwright.sync_playwright() as started:
+        browser = started.chromium.launch(executable_path=shutil.which('chromium'), args=['--no-sandbox'])
+        shown, faults = browser.new_page(viewport={'width': 390, 'height': 844}), []
+        shown.on('pageerror', lambda fault: faults.append(str(fault)))
+        shown.goto(address)
+        shown.get_by_label('Time of the mission').fill('9.5')
+        assert shown.locator('#sources .good, #sources .weak').all_inner_texts() == ['used']
+        assert shown.evaluate('document.documentElement.scrollWidth') == 390
+        assert len(re.findall(rb'/Type /Page\b', shown.pdf(prefer_css_page_size=True))) == 2
+        assert faults == []
+        browser.close()

@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import shutil
 import time
 from pathlib import Path
 
@@ -9,8 +10,12 @@ import numpy as np
 import pytest
 from aiohttp.test_utils import TestClient, TestServer
 from geometry_msgs.msg import PoseStamped, TwistStamped
+from nav_msgs.msg import OccupancyGrid, Odometry
 from node_testing import isolated_graph
 
+from shirube_core.geometry import SE2
+from shirube_ros.pose_conversion import odometry_message
+from shirube_ros.quality_of_service import map_profile
 from shirube_view.bag_process import BagProcess
 from shirube_view.commands.view import start_spinning
 from shirube_view.view_node import ViewNode
@@ -182,3 +187,66 @@ def test_a_page_plays_a_bag_and_jumps_in_it(robot, tmp_path):
             assert await reply(socket, 'time') == pytest.approx(60.0, abs=1.0)
 
     converse(robot, tmp_path, watch, bags=[MISSION])
+
+
+CHROMIUM = shutil.which('chromium')
+PLACE = SE2(1.0, 2.0, 0.5)
+NAMELESS = """() => [...document.querySelectorAll('button, a, select, input, canvas, output, [tabindex]')]
+    .filter((e) => !(e.ariaLabel || e.title || e.labels?.length || e.textContent.trim())).map((e) => e.outerHTML)"""
+PIXEL = """([x, y]) => { const map = document.getElementById('map'), [px, py] = window.__view.onPage(x, y);
+    const box = map.getBoundingClientRect(), paint = map.getContext('2d');
+    return [...paint.getImageData(px - box.left, py - box.top, 1, 1).data].slice(0, 3); }"""
+
+
+def feed(node):
+    """Publish a map of 4 x 3 m with a wall on its left, and the fused pose of a robot."""
+    grid = OccupancyGrid(data=[100, *[0] * 7] * 6)
+    grid.header.frame_id = 'map'
+    grid.info.resolution, grid.info.width, grid.info.height = 0.5, 8, 6
+    node.create_publisher(OccupancyGrid, 'reward_planner/map', map_profile()).publish(grid)
+    fused = node.create_publisher(Odometry, 'pose_arbiter/odometry', 10)
+    pose = odometry_message(PLACE, np.diag((1e-4, 1e-4, 1e-4)), grid.header, 'base_link')
+    node.create_timer(0.05, lambda: fused.publish(pose))
+
+
+async def use_page(robot, page, address):
+    """Look at the map and the names of all controls, and hold a key."""
+
+    async def wait(expression):
+        end = time.monotonic() + 40.0
+        while not await page.evaluate(expression):
+            assert time.monotonic() < end, expression
+            await asyncio.sleep(0.05)
+
+    await page.goto(address)
+    await wait('window.__view?.robot()?.x === 1 && window.__view.state.grids.map?.width === 8')
+    await asyncio.sleep(0.3)  # it is drawn with the next frame of the browser
+    wall, free, itself = [await page.evaluate(PIXEL, place) for place in ((0.25, 1.0), (3.0, 0.5), (1.0, 2.0))]
+    assert len({tuple(colour) for colour in (wall, free, itself)}) == 3
+    assert await page.evaluate(NAMELESS) == []
+    await page.get_by_test_id('stick').focus()
+    await page.keyboard.down('ArrowUp')
+    await robot.until(lambda: len(robot.velocities) > 5)
+    assert robot.velocities[-1][1].linear.x > 0.0
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason='the page is tested in chromium: apt-get install chromium')
+def test_the_browser_shows_the_robot_and_stops_it_when_the_page_is_closed(robot, tmp_path):
+    playwright = pytest.importorskip('playwright.async_api', reason='pip install playwright')
+    robot.node.run_soon(lambda: feed(robot.node))
+
+    async def drive(client):
+        async with playwright.async_playwright() as started:
+            browser = await started.chromium.launch(executable_path=CHROMIUM, args=['--no-sandbox'])
+            page, faults = await browser.new_page(), []
+            page.on('pageerror', lambda fault: faults.append(str(fault)))
+            await use_page(robot, page, str(client.make_url('/')))
+            await page.close()
+            closed = time.monotonic()
+            await robot.until(lambda: robot.velocities[-1][1].linear.x == 0.0)
+            await asyncio.sleep(0.4)
+            assert max(at for at, twist in robot.velocities if twist.linear.x) < closed + 0.3
+            assert faults == []
+            await browser.close()
+
+    converse(robot, tmp_path, drive)

@@ -18,7 +18,16 @@ from matplotlib.figure import Figure
 
 from scene_simulator.mission.layout import ROBOT_RADIUS, ROOM, ZONES
 from shirube_bringup.record import FUSED_ERROR_MAX, GridMap, MissionTraces
-from shirube_bringup.report.trace_errors import align_all_poses, as_array, compute_speeds, pose_errors, zone_spans
+from shirube_bringup.report.replay import SOURCES
+from shirube_bringup.report.trace_errors import (
+    Array,
+    align_all_poses,
+    as_array,
+    compute_speeds,
+    pose_errors,
+    status_rates,
+    zone_spans,
+)
 from shirube_core.files import atomic_write
 
 COLOURS = {
@@ -34,7 +43,6 @@ ZONE_COLOURS = {'carpet': '#a16207', 'dark': '#1e293b', 'covered': '#0e7490'}
 ZONE_LABELS = {'carpet': 'carpet: no dots', 'dark': 'lamps off', 'covered': 'landmarks covered'}
 _OCCUPIED = 50
 _MARGIN = 0.15
-_SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 _STATUS_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
 _ERROR_MIN = 1e-2
@@ -66,10 +74,7 @@ def draw_tracks(path: Path, traces: MissionTraces) -> None:
     poses, truth = align_all_poses(traces), as_array(traces.truth)
     with picture(path, 11.0, 7.6) as figure:
         axes = figure.add_subplot()
-        for name, zone in ZONES.items():
-            style: dict[str, Any] = {'color': ZONE_COLOURS[name], 'alpha': 0.15, 'label': ZONE_LABELS[name]}
-            _add_box(axes, zone.low, zone.high, **style)
-        _draw_room(axes, traces, filled=True)
+        draw_background(axes, traces)
         axes.plot(truth[:, 1], truth[:, 2], color=TRUTH, linewidth=4.0, alpha=0.35, label='true')
         for name in ('odometry', 'pose_arbiter'):
             line = '--' if name == 'odometry' else '-'
@@ -82,8 +87,16 @@ def draw_tracks(path: Path, traces: MissionTraces) -> None:
         for number in range(len(traces.people[0]) if traces.people else 0):
             way = np.array([places[number] for places in traces.people])
             axes.plot(*way.T, ':', color=PEOPLE, linewidth=1.5, label='people' if number == 0 else None)
-        _draw_goals(axes, traces)
         _finish_plan(axes, 'Tracks of the mission')
+
+
+def draw_background(axes: Axes, traces: MissionTraces) -> None:
+    """Draw zones, room, obstacles and goals, seen from above."""
+    for name, zone in ZONES.items():
+        style: dict[str, Any] = {'color': ZONE_COLOURS[name], 'alpha': 0.15, 'label': ZONE_LABELS[name]}
+        _add_box(axes, zone.low, zone.high, **style)
+    _draw_room(axes, traces, filled=True)
+    _draw_goals(axes, traces)
 
 
 def draw_map(path: Path, traces: MissionTraces) -> None:
@@ -116,6 +129,8 @@ def _draw_room(axes: Axes, traces: MissionTraces, *, filled: bool) -> None:
         label = ('obstacles' if filled else 'true obstacles') if number == 0 else None
         _add_box(axes, (x0, y0), (x1, y1), fill=filled, color=colour, linewidth=1.3, label=label)
     _add_box(axes, ROOM[:2], ROOM[3:5], fill=False, color=colour, linewidth=2.0)
+    x0, y0, _, x1, y1, _ = ROOM
+    axes.set(aspect='equal', xlim=(x0 - _MARGIN, x1 + _MARGIN), ylim=(y0 - _MARGIN, y1 + _MARGIN))
 
 
 def _draw_goals(axes: Axes, traces: MissionTraces) -> None:
@@ -129,9 +144,7 @@ def _draw_goals(axes: Axes, traces: MissionTraces) -> None:
 
 
 def _finish_plan(axes: Axes, title: str) -> None:
-    x0, y0, _, x1, y1, _ = ROOM
-    limits = {'xlim': (x0 - _MARGIN, x1 + _MARGIN), 'ylim': (y0 - _MARGIN, y1 + _MARGIN)}
-    axes.set(aspect='equal', **limits, xlabel='x [m]', ylabel='y [m]', title=title)
+    axes.set(xlabel='x [m]', ylabel='y [m]', title=title)
     _legend(axes)
 
 
@@ -164,8 +177,8 @@ def draw_measurement_status(path: Path, traces: MissionTraces) -> None:
     statuses = sorted({count.verdict for count in traces.trust} - {_USED})
     colours = dict(zip(statuses, _STATUS_COLOURS * (1 + len(statuses) // len(_STATUS_COLOURS)), strict=False))
     with picture(path, 13.0, 7.0) as figure:
-        rows: Sequence[Axes] = figure.subplots(len(_SOURCES), 1, sharex=True)
-        for axes, source in zip(rows, _SOURCES, strict=True):
+        rows: Sequence[Axes] = figure.subplots(len(SOURCES), 1, sharex=True)
+        for axes, source in zip(rows, SOURCES, strict=True):
             _draw_bars(axes, traces, source, {_USED: '#15803d', **colours})
             axes.set(ylabel=f'{source}\nposes per second', ylim=(0.0, None))
             _finish_times(axes, traces)
@@ -178,17 +191,13 @@ def draw_measurement_status(path: Path, traces: MissionTraces) -> None:
 
 
 def _draw_bars(axes: Axes, traces: MissionTraces, source: str, colours: dict[str, str]) -> None:
-    """Draw one stacked bar per simulated second; the arbiter reports in wall time, so more often."""
-    seconds = np.arange(0.0, np.ceil(traces.truth[-1][0]) + 1.0)
-    floor = np.zeros(len(seconds) - 1)
-    for verdict, colour in colours.items():
-        counts = [(c.time, c.count) for c in traces.trust if (c.source, c.verdict) == (source, verdict)]
-        if counts:
-            times, totals = np.array(counts).T
-            totals = np.concatenate([[0.0], totals])
-            rate = np.diff(totals[np.searchsorted(times, seconds, side='right')])
-            axes.bar(seconds[:-1], rate, 1.0, floor, align='edge', color=colour, label=verdict)
-            floor += rate
+    """Draw one stacked bar per simulated second."""
+    rates = status_rates(traces, source)
+    floor: Array | float = 0.0
+    for status in [name for name in colours if name in rates]:
+        rate, style = rates[status], {'color': colours[status], 'label': status}
+        axes.bar(np.arange(len(rate)), rate, 1.0, floor, align='edge', **style)
+        floor += rate
 
 
 def draw_speed(path: Path, traces: MissionTraces, commands: Sequence[tuple[float, str]]) -> None:

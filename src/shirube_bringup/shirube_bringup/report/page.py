@@ -1,8 +1,11 @@
-"""The report of a mission: a page with result, tables of goals, accuracy, commands and timing, and the figures."""
+"""The report of a mission: a page with result, replay, figures, and tables of goals, accuracy, commands and timing."""
 
 import html
+import json
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import Any
 
 from shirube_bringup.record import FUSED_ERROR_MAX, TRUE_ERROR_MAX, MissionTraces, count_collisions
@@ -15,6 +18,7 @@ from shirube_bringup.report.figures import (
     draw_timing,
     draw_tracks,
 )
+from shirube_bringup.report.replay import replay_data
 from shirube_bringup.report.trace_errors import Array, align_all_poses, as_array, pose_errors, zone_spans
 from shirube_core.files import write_text
 
@@ -28,30 +32,6 @@ PICTURES = {
 }
 """Files and titles of the figures."""
 
-_PAGE = """\
-<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<title>shirube: the mission</title>
-<style>
-body {{ font-family: sans-serif; max-width: 75rem; margin: 2rem auto; padding: 0 1rem; color: #1f2937; }}
-table {{ border-collapse: collapse; margin: 1rem 0; }}
-th, td {{ border: 1px solid #d1d5db; padding: 0.3rem 0.7rem; text-align: right; }}
-th {{ background: #f3f4f6; }} td:first-child, th:first-child {{ text-align: left; }}
-img {{ width: 100%; }}
-.passed {{ color: #166534; }} .failed {{ color: #b91c1c; }}
-</style>
-</head>
-<body>
-<h1>The mission, room {seed}</h1>
-<p class="{verdict}"><strong>{sentence}</strong></p>
-<p>{what}</p>
-{tables}
-{pictures}
-</body>
-</html>
-"""
 _WHAT = (
     'The nodes drove a simulated robot to three goals, among people and obstacles that are not on its map; floor dots, '
     'lamps and landmarks were each missing in one zone. Every pose is compared with the true pose at its stamp.'
@@ -69,14 +49,21 @@ def page(summary: Mapping[str, Any], traces: MissionTraces) -> str:
         _section('Cameras', _camera_table(summary, traces)),
         _timing_sentence(summary),
     ]
-    pictures = [f'<h2>{title}</h2>\n<img src="{name}" alt="{title}">' for name, title in PICTURES.items()]
-    return _PAGE.format(
+    pictures = [
+        f'<figure><figcaption>{title}</figcaption><img src="{name}" alt="{title}"></figure>'
+        for name, title in PICTURES.items()
+    ]
+    static = files('shirube_bringup.report') / 'static'
+    return Template((static / PAGE).read_text()).substitute(
         seed=summary['seed'],
         verdict='passed' if summary['success'] else 'failed',
         sentence=html.escape(result_sentence(summary)),
         what=_WHAT,
         tables='\n'.join(tables),
         pictures='\n'.join(pictures),
+        style=(static / 'report.css').read_text(),
+        script=(static / 'replay.js').read_text(),
+        replay=json.dumps(replay_data(traces), separators=(',', ':')).replace('<', '\\u003c'),
     )
 
 
@@ -193,7 +180,7 @@ def _table(header: Iterable[str], rows: Iterable[Sequence[str]]) -> str:
     """Return an HTML table; cells with FAIL or pass are coloured."""
     lines = [''.join(f'<th>{html.escape(name)}</th>' for name in header)]
     lines += [''.join(f'<td{_css_class(cell)}>{html.escape(cell)}</td>' for cell in row) for row in rows]
-    return '<table>\n' + '\n'.join(f'<tr>{line}</tr>' for line in lines) + '\n</table>'
+    return '<div class="table"><table>\n' + '\n'.join(f'<tr>{line}</tr>' for line in lines) + '\n</table></div>'
 
 
 def _css_class(cell: str) -> str:

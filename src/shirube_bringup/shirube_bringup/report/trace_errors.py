@@ -67,3 +67,17 @@ def align_all_poses(traces: MissionTraces) -> dict[str, Array]:
     truth = as_array(traces.truth)
     poses = {name: as_array(values) for name, values in traces.poses.items()}
     return {name: align_to_map(values, truth) if name == 'odometry' else values for name, values in poses.items()}
+
+
+def status_rates(traces: MissionTraces, source: str) -> dict[str, Array]:
+    """Return how many poses of a source had each measurement status in each simulated second.
+
+    The arbiter counts in wall time, so more often.
+    """
+    seconds = np.arange(0.0, np.ceil(traces.truth[-1][0]) + 2.0)
+    rates = {}
+    for status in sorted({count.verdict for count in traces.trust if count.source == source}):
+        counts = [(c.time, c.count) for c in traces.trust if (c.source, c.verdict) == (source, status)]
+        times, totals = np.array(counts, dtype=np.float64).T
+        rates[status] = np.diff(np.concatenate([[0.0], totals])[np.searchsorted(times, seconds, side='right')])
+    return rates
