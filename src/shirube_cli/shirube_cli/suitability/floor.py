@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from stereo_landmark.core.features.image_features import detect_features, match_features
 
 from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_extraction.detector import DotDetector
@@ -27,6 +26,7 @@ from floor_localizer.core.settings import DotDetectorSettings, LocalizerSettings
 from shirube_cli.suitability.pictures import Image, grey, parse, read_film
 from shirube_cli.suitability.scale import find_card, find_coin
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
+from stereo_landmark.core.features.taught_features import detect_features, match_features
 
 Array = NDArray[np.float64]
 _VIEWS = (0.06, 0.09, 0.12, 0.16, 0.22, 0.30)  # sides of the views that are tried [m]

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-from stereo_landmark.core.features.image_features import detect_features, match_features
 
 from shirube_cli.project import CommandError
 from shirube_cli.suitability.pictures import Image, grey, parse, read_film
 from shirube_core.geometry import CameraMount, PinholeCamera
+from stereo_landmark.core.features.taught_features import detect_features, match_features
 from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 from stereo_landmark.core.pair.rectification_check import PairFault, check_pair
 from stereo_landmark.core.place.place_locator import PlaceFix
@@ -115,7 +115,8 @@ def _choose_shapes(teacher: Teacher) -> dict[str, Primitive]:
     """Print the shapes that can be measured, and return those that are worth teaching, the rarest first."""
     shapes, alike = list_candidates(teacher), Counter[str]()
     report = report_target(TargetSelection(TARGET, shapes), shapes, teacher, PlaceSettings())
-    skewed = dict(find_skewed_shapes({name: shape for name, (shape, _) in report.measured.items()}, report.coordinates))
+    measured = {name: pair[0] for name, pair in report.measured.items() if not isinstance(pair, str)}
+    skewed = dict(find_skewed_shapes(measured, report.coordinates))
     print('shape               at u, v px  distance m  alike  worth teaching')
     for name, shape in shapes.items():
         of_shape = np.array([each.startswith(f'{name}/') for each in report.coordinates.names])
