@@ -1,4 +1,4 @@
-"""What the node publishes: odometry, its transform and the diagnostics of the controller."""
+"""What the node publishes (odometry, its transform, diagnostics), and its emergency stop, kept in a file."""
 
 import math
 import os

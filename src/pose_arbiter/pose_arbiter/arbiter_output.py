@@ -1,4 +1,4 @@
-"""Output of the arbiter at a fixed rate: the fused pose, and map to odom on /tf."""
+"""Output of the arbiter at a fixed rate: the fused pose, map to odom on /tf, and the diagnostics."""
 
 import math
 from collections.abc import Callable

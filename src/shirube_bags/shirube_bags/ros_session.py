@@ -1,4 +1,4 @@
-"""A node, its executor and a stop event for a command, with clean shutdown."""
+"""A node, its executor and a stop event for a command, with clean shutdown; the player and the recorder of bags."""
 
 import importlib
 import signal

@@ -1,4 +1,4 @@
-"""Where the repository or the installed product is, and how tools are started."""
+"""Where the repository or the installed product is, and how tools and child processes are started."""
 
 import os
 import signal

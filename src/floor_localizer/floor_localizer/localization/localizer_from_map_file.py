@@ -1,4 +1,4 @@
-"""The node's parameters, and a localizer created from them and the map file."""
+"""The node's parameters, a localizer created from them and the map file, and the compilation of its kernels."""
 
 import math
 from collections.abc import Callable

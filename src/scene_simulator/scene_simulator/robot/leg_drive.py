@@ -1,4 +1,4 @@
-"""A drive along straight legs whose corners are rounded to arcs, exact in closed form."""
+"""A drive along straight legs whose corners are rounded to arcs, exact in closed form, and the tilt of the body."""
 
 import math
 from collections.abc import Callable, Sequence

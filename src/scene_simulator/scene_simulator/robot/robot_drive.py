@@ -1,4 +1,4 @@
-"""A robot's drive over the floor: a smooth route, driven within limits, and its true pose at any time."""
+"""A robot's drive over the floor: a smooth route within limits, its true pose at any time, and wheel odometry."""
 
 import math
 from collections.abc import Callable, Sequence

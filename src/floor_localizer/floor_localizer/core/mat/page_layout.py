@@ -1,4 +1,4 @@
-"""Layout of a mat on pages of paper.
+"""Random mats of dots, and the layout of a mat on pages of paper.
 
 A page shows a rectangle of the mat, and neighbouring pages share a strip of ``overlap``: the page to the right (or
 above) is trimmed along its left (lower) border and glued onto that strip.

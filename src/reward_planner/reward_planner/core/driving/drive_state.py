@@ -1,4 +1,4 @@
-"""States and output of the drive controller."""
+"""Inputs, states and output of the drive controller, and the smoother of its velocities."""
 
 import math
 from dataclasses import dataclass
