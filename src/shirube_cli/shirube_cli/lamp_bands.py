@@ -27,7 +27,7 @@ class BandedLamp:
         pixel: u and v of its middle [px].
         diameter: diameter [px].
         changes: how often its rows change between bright and dark; 0 for a lamp that varies along its columns, too.
-        brightness: of its rows relative to full light, shape (n,).
+        brightness: brightness of its rows relative to full light, shape (n,).
         is_saturated: whether its middle is white.
     """
 
