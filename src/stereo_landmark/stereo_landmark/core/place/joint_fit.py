@@ -1,6 +1,6 @@
 """Fits one pose to the points of shapes and features: reprojection in both images with shared systematic errors.
 
-The state is that of `reprojection.py`, followed by the systematic errors that all points of a pair share: disparity and
+The state is that of `fit_reprojection`, followed by the systematic errors all points of a pair share: disparity and
 row difference now, and the disparity at teaching. They have priors, so that the covariance of the pose contains them.
 Shapes and features are two groups of points. The noise of each group is estimated from its own residuals, so that each
 has the weight that it deserves in these images. A Cauchy loss bounds the influence of outliers.
