@@ -276,7 +276,7 @@ def test_the_simulation_starts_the_room_with_known_options() -> None:
     (matches,) = re.findall(r"^WRITTEN = b'(.+)'$", simulation, re.MULTILINE)
     assert re.search(rf"^PARAMETERS_WRITTEN = '.*{matches}", run, re.MULTILINE)
     topics = re.findall(r"camera\('(\w+)'\)", simulation)
-    publishers = (mission / 'shirube_bringup' / 'publishers.py').read_text()
+    publishers = (mission / 'shirube_bringup' / 'topics.py').read_text()
     assert topics
     assert all(f"'/{name}/image_raw'" in publishers for name in topics)
 

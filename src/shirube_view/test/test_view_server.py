@@ -12,9 +12,9 @@ from aiohttp.test_utils import TestClient, TestServer
 from geometry_msgs.msg import PoseStamped, TwistStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from node_testing import isolated_graph
-from shirube_ros.pose_conversion import odometry_message
 
 from shirube_core.geometry import SE2
+from shirube_ros.message_conversion import odometry_message
 from shirube_ros.quality_of_service import map_profile
 from shirube_view.bag_process import BagProcess
 from shirube_view.commands.view import start_spinning
