@@ -26,7 +26,6 @@ from stereo_landmark.core.settings import CLOSED_FORM, FEATURES, PAPER, SHAPES, 
 from stereo_landmark.core.stereo import StereoRig, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.view_localizer import (
-    CONFIRMING_FRACTION,
     LandmarkFix,
     NoLandmarkFix,
     ShapePoints,
@@ -39,8 +38,6 @@ __all__ = ['LandmarkFix', 'LandmarkLocalizer', 'NoLandmarkFix']
 
 SHAPES_YAW_MAX = math.radians(20.0)
 """Maximum yaw that is searched by the shapes of a place with features [rad]."""
-CONFIRMING_SHAPES = 2
-"""Minimum number of primitives that confirm a pose of few features."""
 
 
 class PlacePrior(NamedTuple):
@@ -175,18 +172,12 @@ class LandmarkLocalizer:
         images: SeenImages,
         tilt: tuple[float, float],
     ) -> LandmarkFix | NoLandmarkFix | None:
-        """Return the pose near one that features found; None if neither enough features nor shapes confirm it.
-
-        Surfaces of the same texture, as of wallpaper, share some of the features but not the shapes.
-        """
+        """Return the pose near one that features found; None if they do not determine it."""
         start, measured = found
         state = view.refine(start, measured, tilt)
         if state is None:
             return None
         detections = self._detect_at(place, images, state) if self._settings.method != FEATURES else ()
-        shapes = sum(len(each.found) for each in detections if isinstance(each, TargetDetection))
-        if measured.fraction < CONFIRMING_FRACTION and shapes < CONFIRMING_SHAPES:
-            return None
         points, patches = self._measure(place, detections, images)
         return self._finish(place, view.fit(state, measured, points, tilt), detections, patches)
 

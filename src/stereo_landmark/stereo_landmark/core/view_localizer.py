@@ -95,10 +95,10 @@ class NoLandmarkFix:
         return max(stages, default=0), sum(each.log_likelihood_ratio for each in found)
 
 
-CONFIRMING_MIN, CONFIRMING_FRACTION = 30, 0.5
-"""Features that confirm a pose of the shapes: minimum number and fraction of the expected ones."""
-FEATURES_MIN, FRACTION_MIN = 20, 0.2
-"""The same for a pose that features found."""
+CONFIRMING_MIN, FEATURES_MIN = 30, 20
+"""Features that confirm a pose of the shapes or a predicted one, and those of a pose that features found."""
+FRACTION_MIN = 0.5
+"""Minimum fraction of the expected ones; walls of the same texture share some."""
 RIVAL_RATIO = 0.6
 """Another pose with at least this fraction of the features makes a pose ambiguous."""
 SPARSE_BELOW = 30
@@ -149,7 +149,7 @@ class ViewLocalizer:
     def confirm(self, state: Floats, images: SeenImages) -> MeasuredFeatures | None:
         """Return the features at a state, shape (6,), None if they do not confirm it."""
         measured = self._search.measure(state, images)
-        is_confirmed = len(measured) >= CONFIRMING_MIN and measured.fraction >= CONFIRMING_FRACTION
+        is_confirmed = len(measured) >= CONFIRMING_MIN and measured.fraction >= FRACTION_MIN
         return measured if is_confirmed else None
 
     def find(self, images: SeenImages, tilt: tuple[float, float]) -> tuple[Floats, MeasuredFeatures] | ViewFault:
