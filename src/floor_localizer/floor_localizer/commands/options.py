@@ -215,11 +215,18 @@ def _block_interrupts() -> Iterator[None]:
     """Block SIGINT while workers are started; they inherit the blocked signal.
 
     A terminal sends SIGINT to all its processes. Only this process handles it and stops the workers, which otherwise
-    would print tracebacks.
+    would print tracebacks; it handles it at the end, as a worker that is half started prints one, too.
     """
     resource_tracker.ensure_running()  # otherwise started with the first worker, which would unblock the signal
     previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    # Another thread, of a library, may get the signal: its handler would run here all the same.
+    is_main, arrived = threading.current_thread() is threading.main_thread(), list[int]()
+    handler = signal.signal(signal.SIGINT, lambda number, _: arrived.append(number)) if is_main else None
     try:
         yield
     finally:
+        if is_main:
+            signal.signal(signal.SIGINT, handler)
         signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
+        if arrived:
+            signal.raise_signal(signal.SIGINT)
