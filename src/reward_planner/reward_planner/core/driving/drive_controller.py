@@ -45,6 +45,7 @@ from shirube_core.geometry import SE2, wrap_angle
 
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _REACH_MARGIN = 1.0  # of the costmap around the robot, which may be off its route [m]
+_HELD_FRACTION = 0.25  # of the lookahead distance where the robot was held
 _GAP = 0.1  # distance that the robot keeps before the path of a moving obstacle [m]
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
 
@@ -249,7 +250,9 @@ class DriveController:
         self.recovery.end(robot)
         reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
         costmap = planning.costmap_around(known, robot, reach)
-        x, y = lookahead_point(costmap, robot, planning.points_map, settings.lookahead)
+        # What the sensors see too near for the map may hold a robot that cuts a corner.
+        lookahead = settings.lookahead * (_HELD_FRACTION if self._stuck.is_held else 1.0)
+        x, y = lookahead_point(costmap, robot, planning.points_map, lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
         limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
         target = velocity_towards(bearing, limit, settings)

@@ -2,6 +2,7 @@
 
 import math
 
+import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -15,6 +16,7 @@ from reward_planner.core.settings import PlannerSettings
 _GROWTH_STEP = 64  # size steps of the costmap [cells], so that it is not resized with each new cell
 _WINDOW_MARGIN = 5.0  # least margin around robot and goal on a map that is too large [m]
 _PLAIN = PlannerSettings(cost_scaling_factor=0.0)
+_OBSTACLE_DEPTH = 0.5  # what is seen may extend so far into unknown cells behind it [m]
 
 
 class InflatedCostmap:
@@ -27,7 +29,9 @@ class InflatedCostmap:
         frame: origin, resolution and size of the grid.
         clearance: distance to the nearest obstacle, at most ``clearance_max`` [m], shape (rows, columns); 0 in
             keep-out areas.
+        cautious_clearance: the same, also to unknown cells behind obstacles.
         costs: costs of the cells as in Nav2, see `inflation_costs` and `CostmapMasks`; uint8, shape (rows, columns).
+            Those of unknown cells behind obstacles are as if these extended there, but not lethal.
         blocked: cells that routes do not enter, shape (rows, columns): within ``inscribed_radius`` of an obstacle, in
             a keep-out area, and the unknown ones if the settings block them.
         inscribed_radius: least distance of a route from obstacles [m].
@@ -44,6 +48,7 @@ class InflatedCostmap:
     def _allocate(self, frame: GridFrame) -> None:
         self.frame = frame
         self.clearance = np.full(frame.shape, self.clearance_max, dtype=np.float32)
+        self.cautious_clearance = self.clearance.copy()
         self.costs = np.zeros(frame.shape, dtype=np.uint8)
         self.blocked = np.zeros(frame.shape, dtype=np.bool_)
 
@@ -84,7 +89,7 @@ class InflatedCostmap:
     def refresh(self, global_map: GlobalMap, changed: GridFrame) -> NDArray[np.int64]:
         """Update the costmap where the map changed; return the cells whose cost changed, shape (n, 2)."""
         resolution = self.frame.resolution
-        pad = math.ceil(self.clearance_max / resolution) + 1
+        pad = math.ceil((self.clearance_max + _OBSTACLE_DEPTH) / resolution) + 1
         corner = np.array([changed.origin_y, changed.origin_x])
         origin = np.array([self.frame.origin_y, self.frame.origin_x])
         low = np.round((corner - origin) / resolution).astype(np.int64) - pad
@@ -94,36 +99,53 @@ class InflatedCostmap:
         if (last <= first).any():
             return np.empty((0, 2), dtype=np.int64)
         part = (slice(first[0], last[0]), slice(first[1], last[1]))
-        distances, is_unknown = self._distances(global_map, first, last, pad)
+        distances, cautious, is_unknown = self._distances(global_map, first, last, pad)
         costs = inflation_costs(distances, self.inscribed_radius, self._settings)
+        if self._settings.cost_scaling_factor > 0.0:
+            behind = inflation_costs(cautious, self.inscribed_radius, self._settings)
+            np.maximum(costs, np.minimum(behind, COST_MAX), out=costs)
         if self._settings.unknown == 'blocked':
             costs[is_unknown] = LETHAL
         if self._keepout is not None:
             np.maximum(costs, self._keepout[part], out=costs)
             distances[self._keepout[part] > COST_MAX] = 0.0
         cells = np.argwhere(costs != self.costs[part]) + first
-        self.clearance[part], self.costs[part], self.blocked[part] = distances, costs, costs > COST_MAX
+        self.clearance[part], self.cautious_clearance[part] = distances, np.minimum(distances, cautious)
+        self.costs[part], self.blocked[part] = costs, costs > COST_MAX
         return cells
 
-    def clearance_at(self, points_map: ArrayLike) -> NDArray[np.float32]:
+    def clearance_at(self, points_map: ArrayLike, *, is_cautious: bool = False) -> NDArray[np.float32]:
         """Return the clearance at points of shape (..., 2), shape (...) [m]; ``clearance_max`` outside."""
+        clearance = self.cautious_clearance if is_cautious else self.clearance
         cells = self.frame.cell_of(points_map)
         inside = self.frame.contains(cells)
         rows, columns = np.where(inside[..., None], cells, 0).T
-        return np.asarray(np.where(inside.T, self.clearance[rows, columns], self.clearance_max).T, dtype=np.float32)
+        return np.asarray(np.where(inside.T, clearance[rows, columns], self.clearance_max).T, dtype=np.float32)
 
     def _distances(
         self, global_map: GlobalMap, first: NDArray[np.int64], last: NDArray[np.int64], pad: int
-    ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Return the clearance of cells [first, last), from obstacles up to ``pad`` cells outside; and the unknown."""
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+        """Return both clearances of cells [first, last), from obstacles up to ``pad`` outside; and the unknown."""
         resolution = self.frame.resolution
         rows, columns = (int(n) for n in last - first + 2 * pad)
         origin_y, origin_x = (self.frame.origin_y, self.frame.origin_x) + resolution * (first - pad)
         frame = GridFrame(float(origin_x), float(origin_y), resolution, columns, rows)
         occupancy = global_map.occupancy_in(frame)
         inner = (slice(pad, rows - pad), slice(pad, columns - pad))
-        distances = clearance(occupancy >= OCCUPIED_THRESHOLD, resolution)[inner]
-        return np.minimum(distances, np.float32(self.clearance_max)), occupancy[inner] == UNKNOWN
+        occupied, unknown = occupancy >= OCCUPIED_THRESHOLD, occupancy == UNKNOWN
+        both = occupied, extend_into(unknown, occupied, math.ceil(_OBSTACLE_DEPTH / resolution))
+        near, cautious = (np.minimum(clearance(each, resolution)[inner], self.clearance_max) for each in both)
+        return near, cautious, unknown[inner]
+
+
+def extend_into(unknown: NDArray[np.bool_], occupied: NDArray[np.bool_], cells: int) -> NDArray[np.bool_]:
+    """Return the occupied cells and unknown ones that a way through unknown cells, so long, connects to them."""
+    extended, allowed = occupied.astype(np.uint8), (occupied | unknown).astype(np.uint8)
+    for step in range(cells if occupied.any() and unknown.any() else 0):
+        # The cross and the square in turn come near to a disc.
+        kernel = cv2.getStructuringElement((cv2.MORPH_CROSS, cv2.MORPH_RECT)[step % 2], (3, 3))
+        extended = np.minimum(cv2.dilate(extended, kernel), allowed)
+    return extended > 0
 
 
 def required_frame(global_map: GlobalMap, points_map: ArrayLike, inscribed_radius: float) -> GridFrame:

@@ -16,6 +16,7 @@ CELL_MARGIN = 0.75
 _SAMPLES_PER_CELL = 2.0
 _EXIT_DISTANCE = 1.5  # a robot on an occupied cell may drive on if it leaves it within this distance [cells]
 _KEPT_FRACTION = 0.5  # of the clearance that a route keeps above the least one
+_GAIN = 0.2  # clearance that a robot with too little must gain on its way [m/m]
 _HEADING_TIME_CONSTANT = 0.4  # time constant of the heading error [s]
 _BRAKE_FRACTION = 0.5  # fraction of the maximum acceleration that is planned for braking
 _RESPONSE_TIME = 0.15  # latency from a pose to the motion of the wheels [s]
@@ -30,8 +31,8 @@ def lookahead_point(
     """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
 
     This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inscribed radius
-    and half of what the route keeps above it, or the robot's present clearance if that is less. If no point is in line
-    of sight, it is the route's next point.
+    and half of what the route keeps above it, also from unknown cells behind obstacles; from a robot with less it must
+    gain clearance. If no point is in line of sight, it is the route's next point.
     The route begins near the robot [m], shape (n, 2), n at least 1.
     """
     along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
@@ -39,12 +40,13 @@ def lookahead_point(
     start = np.array([robot.x, robot.y])
     fractions = np.linspace(0.0, 1.0, _sample_count(costmap, lookahead + float(np.hypot(*(candidates[0] - start)))))
     lines = start + fractions[:, None] * (candidates - start)[:, None]
-    kept = np.minimum.accumulate(costmap.clearance_at(candidates)) - costmap.inscribed_radius
-    clearance_min = costmap.inscribed_radius + _KEPT_FRACTION * np.maximum(kept, 0.0)
-    clearance_min = np.minimum(clearance_min, costmap.clearance_at(start))
+    kept = np.minimum.accumulate(costmap.clearance_at(candidates, is_cautious=True)) - costmap.inscribed_radius
+    clearance_min = costmap.inscribed_radius + np.where(kept > 0.0, _KEPT_FRACTION * kept, kept)
+    gained = costmap.clearance_at(start, is_cautious=True) + _GAIN * np.hypot(*np.moveaxis(lines - start, 2, 0))
+    clearance_min = np.minimum(clearance_min[:, None], gained)
     # A point at the robot gives no direction: on a route that returns there the robot would spin.
     is_distinct = np.hypot(*(candidates - start).T) >= costmap.frame.resolution
-    is_visible = is_distinct & (costmap.clearance_at(lines).min(axis=1) >= clearance_min)
+    is_visible = is_distinct & (costmap.clearance_at(lines, is_cautious=True) >= clearance_min).all(axis=1)
     nearest = min(1, len(candidates) - 1)
     return np.asarray(candidates[int(np.flatnonzero(is_visible)[-1]) if is_visible[nearest:].any() else nearest])
 

@@ -20,6 +20,8 @@ STUCK_DETAIL = f'{DriveState.STUCK.value}: obstacles, lamps, a monitor or the ba
 """Detail of the state."""
 _TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _DISTANCE, _ANGLE = 0.04, 0.1  # smaller ones are the noise of the pose [m, rad]
+_TURNING_TIMEOUT = 10.0  # time for which the robot may only turn [s]
+_HELD_TIME, _RELEASED_DISTANCE = 1.0, 0.3  # [s], and from there [m]
 
 
 class StuckCheck:
@@ -27,6 +29,7 @@ class StuckCheck:
 
     Attributes:
         is_stuck: whether the robot has not moved for long.
+        is_held: whether it did not move for a moment, until it has left the place.
     """
 
     def __init__(self) -> None:
@@ -36,11 +39,13 @@ class StuckCheck:
     def reset(self) -> None:
         """Start the time again."""
         self._place: SE2 | None = None
-        self._since, self.is_stuck = math.nan, False
+        self._held_at: SE2 | None = None
+        self._since = self._turning_since = math.nan
+        self.is_stuck = self.is_held = False
 
     def checked(self, now: float, robot: SE2 | None, drive: DriveCommand) -> DriveCommand:
         """Return the command of this cycle, as stuck if the robot should drive and is; recovery does not end that."""
-        is_driving = drive.state is DriveState.DRIVING
+        is_driving = drive.state in (DriveState.DRIVING, DriveState.GOING_AROUND)
         if drive.state is not DriveState.RECOVERING or not self.is_stuck:
             self.update(now, robot, is_driving=is_driving)
         is_held = is_driving and self.is_stuck
@@ -50,12 +55,19 @@ class StuckCheck:
         """Take the pose at a time [s], and whether the robot should move."""
         place, since = self._place, self._since
         if place is None or robot is None or not is_driving or not now >= since:
-            is_moving = True
+            has_left = is_moving = True
         else:
-            is_moving = place.distance_to(robot) > _DISTANCE or abs(place.yaw_to(robot)) > _ANGLE
-        if is_moving:
-            self._place, self._since = robot, now
-        self.is_stuck = now - self._since > _TIMEOUT
+            has_left = place.distance_to(robot) > _DISTANCE
+            is_moving = has_left or abs(place.yaw_to(robot)) > _ANGLE
+        if is_moving and robot is not None and place is not None and not has_left:
+            self._place, self._since = SE2(place.x, place.y, robot.yaw), now
+        elif is_moving:
+            self._place, self._since, self._turning_since = robot, now, now
+        self.is_stuck = now - self._since > _TIMEOUT or now - self._turning_since > _TURNING_TIMEOUT
+        if now - self._since > _HELD_TIME:
+            self._held_at = robot
+        held = self._held_at
+        self.is_held = held is not None and robot is not None and held.distance_to(robot) < _RELEASED_DISTANCE
 
 
 RADIUS = 1.0

@@ -13,11 +13,12 @@ from reward_planner.core.route.d_star_lite import DStarLite
 from reward_planner.core.route.route import COST_MAX, LETHAL, NoRoute, Route, check_endpoints, is_reachable
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.settings import DrivingSettings, PlannerSettings, RewardSettings
-from shirube_core.geometry import SE2
+from shirube_core.geometry import SE2, wrap_angle
 
 MARGIN_CELLS_MIN = 1.5  # half diagonals of two cells, rounded up [cells]
 _ROUNDING = 1e-5  # clearances are computed in single precision [m]
 _OFF_ROUTE_DISTANCE = 0.5  # distance from the route at which the robot replans [m]
+_TURN_DISTANCE = 0.3  # a route's direction is that of its first point beyond this distance [m]
 _SEARCHES_MAX = 20  # searches for a route that the footprint can follow
 _NEIGHBOURS = np.array([(0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1)])
 
@@ -123,7 +124,7 @@ class Replanner:
         if isinstance(result, NoRoute):
             if not only_if_better:
                 self.points_map, self.no_route_reason = np.empty((0, 2)), result
-        elif not only_if_better or self._is_clearly_better(result):
+        elif not only_if_better or self._is_clearly_better(result, robot):
             self.points_map, self.no_route_reason = result, None
             self.replan_count += 1
 
@@ -219,10 +220,10 @@ class Replanner:
         visited = frame.cell_of((np.array(self._visited).reshape(-1, 1, 2) + disc).reshape(-1, 2))
         return visited[frame.contains(visited)]
 
-    def _is_clearly_better(self, points: NDArray[np.float64]) -> bool:
+    def _is_clearly_better(self, points: NDArray[np.float64], robot: SE2) -> bool:
         """Return whether a route saves the fraction replan_gain of cost and more than the lookahead distance."""
-        remaining = self._travel_cost(self.points_map)
-        saved = remaining - self._travel_cost(points)
+        remaining = self._travel_cost(self.points_map) + self._turn_cost(self.points_map, robot)
+        saved = remaining - self._travel_cost(points) - self._turn_cost(points, robot)
         return saved > self._settings.replan_gain * remaining and saved > self._settings.lookahead
 
     def _travel_cost(self, points: NDArray[np.float64]) -> float:
@@ -231,6 +232,13 @@ class Replanner:
         costs = np.minimum(self.costmap.costs[rows, columns], COST_MAX) / COST_MAX
         weights = 1.0 + 0.5 * self._planner.cost_travel_multiplier * (costs[1:] + costs[:-1])
         return float(np.hypot(*np.diff(points, axis=0).T) @ weights)
+
+    def _turn_cost(self, points: NDArray[np.float64], robot: SE2) -> float:
+        """Return the way that the robot could drive while it turns towards a route [m]: without it, it would dither."""
+        x, y = (points - (robot.x, robot.y)).T
+        ahead = int((np.hypot(x, y) > _TURN_DISTANCE).argmax())
+        turn = abs(wrap_angle(math.atan2(y[ahead], x[ahead]) - robot.yaw))
+        return turn * self._settings.max_linear_velocity / self._settings.max_angular_velocity
 
     def _is_nearly_finished(self) -> bool:
         """Return whether the robot is near the end of a partial route, as the reward rule plans them."""

@@ -198,9 +198,9 @@ class ClusterTracker:
             if each not in self._hidden and each.is_confirmed and each.has_walked
         ]
         parts = [
-            (places, np.tile([*velocity, each.speed_sigma, each.stamp], (len(places), 1)))
+            (places, np.tile([*velocity, sigma, each.stamp], (len(places), 1)))
             for each, places, may_stop in outlines
-            for velocity in (each.state[2:], np.zeros(2))[: 1 + may_stop]
+            for velocity, sigma in ((each.state[2:], each.speed_sigma), (np.zeros(2), 0.0))[: 1 + may_stop]
         ]
         xy = np.concatenate([np.zeros((0, 2)), *(places for places, _ in parts)])
         more = np.concatenate([np.zeros((0, 4)), *(values for _, values in parts)])

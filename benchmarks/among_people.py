@@ -1,0 +1,156 @@
+"""The mission's rooms with people who walk, by the pure cores: planner and collision monitor, without any node.
+
+The pose is exact and the depth images are those of the mission; lamps send no commands. A goal counts as reached when
+the planner says so within the mission's time.
+"""
+
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from _encounter_runs import Base
+from _figures import count, error, rate
+from _harness import Option, Run, progress, run_benchmark
+
+from motor_bridge.core.diff_drive_kinematics import DriveSettings
+from reward_planner.core.depth.trinocular_depth import points_from_depth_image
+from reward_planner.core.driving.drive_state import DriveState
+from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.safety.collision_monitor import Action, CollisionMonitor
+from reward_planner.core.safety.range_frame import range_frame
+from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
+from reward_planner.core.settings import DrivingSettings, PlannerSettings, VoxelSettings
+from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS
+from scene_simulator.mission.pedestrians import RADIUS, mission_pedestrians
+from scene_simulator.mission.sensors import DEPTH_CAMERA, DEPTH_MOUNT, MissionSensors
+from scene_simulator.room.box_room import disc_clearance
+from shirube_core.geometry import SE2
+
+STEP, CONTROL_PERIOD, FRAME_PERIOD, FRAME_LATENCY = 0.01, 0.05, 0.2, 0.08
+DEPTH_RANGE, CRUISE_SPEED, GOAL_TIME = 3.5, 0.4, 180.0
+"""Range of the depth camera [m], speed limit [m/s], time for each goal [s]."""
+DRIVING = DrivingSettings(
+    max_linear_velocity=CRUISE_SPEED,
+    max_angular_velocity=1.0,
+    max_angular_acceleration=2.0,
+    goal_tolerance=0.01,
+    goal_yaw_tolerance=0.04,
+)
+
+
+@dataclass
+class Outcome:
+    """What came of a mission.
+
+    Attributes:
+        times: time of each goal that was reached [s].
+        clearance: least distance to people [m].
+        contact_speed: greatest speed of the robot while it touches somebody [m/s], NaN if it never does.
+        collisions: steps in which it touches furniture.
+        states: time in each state of the planner [s].
+        log: time, pose, state and detail of the planner, reason of the monitor, at each change.
+    """
+
+    times: list[float] = field(default_factory=list)
+    clearance: float = math.inf
+    contact_speed: float = math.nan
+    collisions: int = 0
+    states: Counter[str] = field(default_factory=Counter)
+    log: list[tuple[float, SE2, str, str]] = field(default_factory=list)
+
+
+class Drive:
+    """A robot with planner and collision monitor in the room of a seed."""
+
+    def __init__(self, seed: int, people: int) -> None:
+        self.sensors = MissionSensors(seed, {})
+        self.people = mission_pedestrians(seed, people, self.sensors.room, self.sensors.layout)
+        limits, self.outcome, self.time = DriveSettings(), Outcome(), 0.0
+        self.base = Base(self.sensors.layout.start, limits.max_linear_acceleration)
+        planner, voxels = PlannerSettings(), VoxelSettings(height_max=ROBOT_HEIGHT, range_max=DEPTH_RANGE)
+        self.navigator = Navigator(DEPTH_MOUNT, NavigatorSettings(voxels=voxels, planner=planner, driving=DRIVING))
+        settings = CollisionMonitorSettings(
+            robot_radius=ROBOT_RADIUS,
+            deceleration=limits.max_linear_acceleration,
+            angular_deceleration=limits.max_angular_acceleration,
+        )
+        self.mount = DEPTH_MOUNT
+        source = SourceSettings(type='depth', range_max=DEPTH_RANGE, height_max=ROBOT_HEIGHT)
+        self.monitor = CollisionMonitor(settings, {'front': source})
+        self._frames: list[tuple[float, np.ndarray]] = []
+        self._index, self._key = 0, ''
+
+    def run(self) -> Outcome:
+        """Drive from goal to goal."""
+        self._until(lambda _: False, 1.0)
+        for goal in self.sensors.layout.goals:
+            self.navigator.set_goal(goal)
+            began = self.time
+            if not self._until(lambda state: state is DriveState.GOAL_REACHED, GOAL_TIME):
+                break
+            self.outcome.times.append(self.time - began)
+        return self.outcome
+
+    def _until(self, is_done, seconds: float) -> bool:
+        end, steps = self.time + seconds, round(CONTROL_PERIOD / STEP)
+        while self.time < end:
+            self._sense()
+            if is_done(self._control()):
+                return True
+            for _ in range(steps):
+                self.time += STEP
+                self.base.step(self.time)
+                for person in self.people:
+                    person.advance(STEP, self.base.pose)
+            self._judge()
+        return False
+
+    def _sense(self) -> None:
+        pose, now = self.base.pose, self.time
+        self.navigator.add_pose(now, pose)
+        self.monitor.add_odometry(now, pose)
+        if now >= self._index * FRAME_PERIOD - 1e-6:
+            places = [person.place for person in self.people]
+            self._frames.append((now, self.sensors.depth_picture(self._index, now, lambda _: pose, places)))
+            self._index += 1
+        if self._frames and now >= self._frames[0][0] + FRAME_LATENCY - 1e-6:
+            stamp, depth = self._frames.pop(0)
+            points = points_from_depth_image(depth, DEPTH_CAMERA)
+            self.navigator.add_frame(stamp, now, SensorFrame(points, DEPTH_CAMERA.fx))
+            self.navigator.process_frames(now)
+            hit = np.ones(len(points), dtype=np.bool_)
+            frame = range_frame(points, hit, DEPTH_MOUNT.rotation, np.array(DEPTH_MOUNT.xyz))
+            self.monitor.add_frame('front', stamp, now, frame)
+
+    def _control(self) -> DriveState:
+        drive = self.navigator.controller.step(self.time)
+        velocity = drive.velocity
+        self.monitor.add_command(self.time, *((velocity.forward, velocity.turn_rate) if velocity else (0.0, 0.0)))
+        decision = self.monitor.decide(self.time)
+        self.base.give(self.time, decision.forward, decision.turn_rate)
+        self.outcome.states[drive.state.name] += CONTROL_PERIOD
+        reason = '' if decision.action is Action.DRIVE else decision.reason
+        if self._key != (key := f'{drive.detail}|{reason}'):
+            self._key = key
+            self.outcome.log.append((self.time, self.base.pose, drive.detail, reason))
+        return drive.state
+
+    def _judge(self) -> None:
+        pose, outcome = self.base.pose, self.outcome
+        gaps = [math.dist(person.place, (pose.x, pose.y)) - RADIUS - ROBOT_RADIUS for person in self.people]
+        outcome.clearance = min(outcome.clearance, *gaps, math.inf)
+        if min(gaps, default=math.inf) < 0.0:
+            outcome.contact_speed = max(np.nan_to_num(outcome.contact_speed), abs(self.base.forward))
+        room = self.sensors.room.boxes
+        outcome.collisions += disc_clearance(room, pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT) <= 0.0
+
+
+def main(run: Run, cases: int, people: int) -> None:
+    """Run all missions."""
+    outcomes = [Drive(seed, people).run() for seed in progress(range(run.seed, run.seed + cases), 'missions')]
+    ...
+
+
+if __name__ == '__main__':
+    run_benchmark(main, cases=Option(50, 1, 'missions'), people=Option(2, 2, 'people in the room'))
