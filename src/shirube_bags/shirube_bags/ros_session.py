@@ -248,10 +248,12 @@ class RosSession:
 
 
 @contextmanager
-def ros_session(name: str, arguments: Sequence[str], use_sim_time: bool = False) -> Iterator[RosSession]:
+def ros_session(
+    name: str, arguments: Sequence[str], use_sim_time: bool = False, domain: int | None = None
+) -> Iterator[RosSession]:
     """Create a node from a command line with ``--ros-args``; the caller handles signals (`stop_on_signals`)."""
     context = Context()
-    rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=list(arguments), context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     try:
         override = [rclpy.Parameter('use_sim_time', value=True)] if use_sim_time else []
         node = Node(name, context=context, parameter_overrides=override)
