@@ -41,8 +41,6 @@ CLOCK_RATIO, JITTER = 1.00005, 5e-5
 
 CAMERA_FRAME = 'ceiling_camera_optical_frame'
 JPEG_QUALITY = 60
-_IMU_PERIOD = 0.02
-"""[s]"""
 
 
 def record_lamp_bag(arguments: Sequence[str] | None = None) -> int:
@@ -128,7 +126,7 @@ def record_lamp_drive(drive: LampDrive, path: Path, seconds: float) -> Iterator[
     drive.frame_count(seconds)  # refuses a bad length
     images = (entry for frame in drive.frames(seconds) for entry in _image_entries(drive, frame))
     odometry = odometry_entries(drive.odometry(seconds))
-    tilt = imu_entries(drive.tilt_readings(seconds, _IMU_PERIOD))
+    tilt = imu_entries(drive.tilt_readings(seconds))
     return write_entries(path, '/image_raw/compressed', odometry, tilt, images)
 
 
