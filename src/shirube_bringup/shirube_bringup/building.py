@@ -44,14 +44,11 @@ PLACES = {
 }
 """Pose of the robot and visible wall of each taught place."""
 
-_TOLERANCE = 3.0
-"""Largest distance between the points of a detected primitive and those of its landmark [px]."""
-
+_TOLERANCE = 3.0  # largest distance between the points of a detected primitive and those of its landmark [px]
 _PUBLIC_KEY = 'b3' * 32
 """Key that signs the commands of the simulated lamps; fixed, so that a seed gives the same light. Not secret."""
 
-_SURVEY_SIGMA = 5e-5
-"""Standard deviation of the surveyed centres and diameters [m]."""
+_SURVEY_SIGMA = 5e-5  # standard deviation of the surveyed centres and diameters [m]
 
 
 def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:

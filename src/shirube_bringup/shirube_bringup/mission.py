@@ -18,9 +18,7 @@ from shirube_core.geometry import SE2
 _FIRST_POSE, _GOAL_TIME, _GOAL_TIME_AMONG_PEOPLE = 10.0, 90.0, 180.0
 """Timeouts for the first pose and for each goal, also while people walk around, in mission time [s]."""
 
-_STATIONARY_TIME = 1.0
-"""A robot without motion for this long is stationary [s]."""
-
+_STATIONARY_TIME = 1.0  # a robot without motion for this long is stationary [s]
 _REACHED = 'goal reached'
 
 

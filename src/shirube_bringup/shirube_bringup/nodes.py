@@ -44,8 +44,7 @@ PLANNERS: Mapping[str, Mapping[str, Value]] = {
 DEPTH_RANGE = 3.5
 """Depth is too noisy beyond this range [m]."""
 
-_SHUTDOWN_TIMEOUT = 10.0
-"""Timeout after SIGINT [s]."""
+_SHUTDOWN_TIMEOUT = 10.0  # timeout after SIGINT [s]
 
 
 class MissionError(Exception):

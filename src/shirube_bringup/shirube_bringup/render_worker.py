@@ -18,8 +18,7 @@ from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
 
 Picture = NDArray[Any]
-_sensors: list[MissionSensors] = []
-"""Sensors of the worker process (at most one element)."""
+_sensors: list[MissionSensors] = []  # sensors of the worker process (at most one element)
 
 
 @dataclass(frozen=True)

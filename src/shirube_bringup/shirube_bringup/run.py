@@ -31,9 +31,7 @@ from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
 from vlc_beacon.files.authorization_files import read_key
 
-_START_TIMEOUT = 600.0
-"""Start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]."""
-
+_START_TIMEOUT = 600.0  # start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]
 _WHEELS = 9
 PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
 """Printed when nodes that are launched elsewhere can start."""

@@ -52,8 +52,7 @@ class CarriedController(EmulatedController):
         self._carried.append((self.time, T_world_base @ super().pose_at(self.time).inverse()))
 
 
-_WAY, _SPEED = 3.0, 0.8
-"""Length of a walker's way [m] and its speed [m/s]."""
+_WAY, _SPEED = 3.0, 0.8  # length of a walker's way [m] and its speed [m/s]
 
 
 class Interventions:
@@ -105,9 +104,7 @@ SUBSCRIBERS = {
 """Full names of the nodes that take the images of each sensor."""
 
 _CONTROLLERS = ('/reward_planner', '/reward_planner', '/collision_monitor', '/motor_bridge')
-_CONTROL_PERIOD_MS = 50
-"""Control period of the planner [ms]."""
-
+_CONTROL_PERIOD_MS = 50  # control period of the planner [ms]
 _RESPONSE_TIMEOUT = 60.0
 _MOTION_TIMEOUT, _SHORT_TIMEOUT = 1.0, 0.02
 """Timeouts for odometry [s]. The bridge drives its serial line in a thread, so only odometry shows that it is done."""

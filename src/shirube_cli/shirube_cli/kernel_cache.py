@@ -28,8 +28,7 @@ from shirube_core.files import exclusive_lock
 
 PROGRESS_FILE = 'SHIRUBE_PROGRESS'
 """Environment variable with the file in which the live view finds how far the compilers are."""
-_LINE_INTERVAL = 10.0
-"""Time between two lines where the output is not a terminal [s]."""
+_LINE_INTERVAL = 10.0  # time between two lines where the output is not a terminal [s]
 
 
 class Progress:

@@ -11,8 +11,7 @@ from shirube_bags.bag_reader import jazzy_types
 from shirube_view.channels import Channel, Grid, Kind, jpeg, plain
 
 _LOG = logging.getLogger(__name__)
-_KEPT = 200
-"""Number of messages that wait for a page in a channel of which every message is shown."""
+_KEPT = 200  # number of messages that wait for a page in a channel of which every message is shown
 
 
 @dataclass

@@ -24,9 +24,7 @@ from shirube_view.channels import CHANNELS, Channel, Kind
 from shirube_view.driver import Driver
 from shirube_view.settings import ViewSettings
 
-_TICK = 0.05
-"""Period of commands and of opening and closing subscriptions [s]."""
-
+_TICK = 0.05  # period of commands and of opening and closing subscriptions [s]
 SERVICES = {
     'cancel': ('reward_planner/cancel',),
     'clear_map': ('reward_planner/clear_map',),

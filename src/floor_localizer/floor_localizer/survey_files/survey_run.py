@@ -25,8 +25,7 @@ from shirube_core.geometry import CameraMount
 
 _MIN_DOTS = 8
 IMAGES_PER_CHUNK = 40
-_MIN_USABLE_FRACTION = 0.5
-"""Smallest fraction of the images that must be usable."""
+_MIN_USABLE_FRACTION = 0.5  # smallest fraction of the images that must be usable
 
 
 def detect_dots(checkpoint: Checkpoint, chunk: int, batch: ImageBatch, names: Sequence[str]) -> None:

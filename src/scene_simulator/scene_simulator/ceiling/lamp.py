@@ -12,11 +12,8 @@ from scene_simulator.errors import SceneError
 from shirube_core.geometry import matrix_from_rpy
 from shirube_core.waveform import Waveform, steady_light
 
-_RIM = 96
-"""Points of a round outline."""
-
-_GRID = 17
-"""Points along a side of a rectangle."""
+_RIM = 96  # points of a round outline
+_GRID = 17  # points along a side of a rectangle
 
 
 class ShapeKind(IntEnum):

@@ -13,9 +13,7 @@ from scene_simulator.ceiling.lens import CeilingLens
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, Shutter
 from shirube_core.geometry import PinholeCamera
 
-_MAX_LAMP_MOTION = 0.7
-"""Smear of a lamp between two instants of an exposure [px]: its edges are softer."""
-
+_MAX_LAMP_MOTION = 0.7  # smear of a lamp between two instants of an exposure [px]: its edges are softer
 Window = tuple[slice, slice]
 
 

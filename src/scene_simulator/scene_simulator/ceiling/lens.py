@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import PinholeCamera
 
-_MAX_SLOPE = 3.0
-"""Steepest edge that pixels still sample well [1/px]: as soft as 0.6 px of standard deviation make it."""
+_MAX_SLOPE = 3.0  # steepest edge that pixels still sample well [1/px]: as soft as 0.6 px of standard deviation make it
 
 
 @dataclass(frozen=True)

@@ -57,8 +57,7 @@ _GLYPHS = {
     'X': '0024 0420',
     'Y': '041224 1210',
 }
-_SAGITTA = 1e-5
-"""Distance of a disc's chords from its circle [m]: at 2 m and f = 700 px less than 0.004 px."""
+_SAGITTA = 1e-5  # distance of a disc's chords from its circle [m]: at 2 m and f = 700 px less than 0.004 px
 
 
 def text_strokes(text: str) -> Iterator[NDArray[np.float64]]:

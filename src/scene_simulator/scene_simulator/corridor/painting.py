@@ -26,8 +26,7 @@ SAMPLES = 2
 """Samples per pixel along each side: fine enough that a blur of samples is a blur of what is within pixels."""
 
 _FAINT = 1e-5
-_DARKEST = 0.02
-"""Least light on a surface: a gradient of the light must not turn it negative far away."""
+_DARKEST = 0.02  # least light on a surface: a gradient of the light must not turn it negative far away
 
 
 @dataclass(frozen=True, eq=False)

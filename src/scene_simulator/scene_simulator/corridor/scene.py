@@ -19,8 +19,7 @@ from scene_simulator.errors import SceneError
 NEAR = 0.05
 """Near clipping distance [m]."""
 
-_MAX_CHORD = 6.0
-"""Longest chord of an outline behind a distorting lens [px]: it is off by 0.002 px."""
+_MAX_CHORD = 6.0  # longest chord of an outline behind a distorting lens [px]: it is off by 0.002 px
 
 
 @njit(cache=True, error_model='numpy')

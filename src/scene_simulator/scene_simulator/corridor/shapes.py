@@ -11,8 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Vector = tuple[float, float, float]
 PlanePoint = tuple[float, float]
-_MIDDLE = (0.0, 0.0, 1.3)
-"""Where the light has its level: in the middle of the end wall, in the map frame [m]."""
+_MIDDLE = (0.0, 0.0, 1.3)  # where the light has its level: in the middle of the end wall, in the map frame [m]
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,7 @@ _IMAGE_NOISE = 0
 TAUGHT_POSE = SE2(-3.0, 0.0, 0.0)
 """Taught pose ``T_map_place``."""
 
-_RUN_UP, _SPEED, _REST = 1.0, 0.5, 0.5
-"""Distance to the goal [m], speed [m/s], pause before the start [s]."""
-
+_RUN_UP, _SPEED, _REST = 1.0, 0.5, 0.5  # distance to the goal [m], speed [m/s], pause before the start [s]
 SECONDS = 5.0
 """Duration of a drive; the robot is stationary at its goal for the last second [s]."""
 

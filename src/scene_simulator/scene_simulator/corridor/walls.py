@@ -11,21 +11,12 @@ from scene_simulator.room.box_room import Box
 LENGTH = 12.0
 """Length of the corridor from the end wall at x = 0 [m]."""
 
-_BEYOND = 0.5
-"""How far floor, ceiling and side walls go on behind the walls that end them, so that no seam is seen [m]."""
-
-_JOINT = 0.005
-"""Joint width between tiles [m]."""
-
-_PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07
-"""Standard deviations of the textures."""
-
+_BEYOND = 0.5  # how far floor, ceiling and side walls go on behind the walls that end them, so that no seam is seen [m]
+_JOINT = 0.005  # joint width between tiles [m]
+_PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07  # standard deviations of the textures
 _GREYS = {'south': 0.6, 'west': 0.66, 'north': 0.7, 'east': 0.64}
-_DADO_HEIGHT = 0.9
-"""Height of the darker paint at the bottom of the walls [m]."""
-
-_PANEL = 0.6
-"""Width of the ceiling's panels [m]."""
+_DADO_HEIGHT = 0.9  # height of the darker paint at the bottom of the walls [m]
+_PANEL = 0.6  # width of the ceiling's panels [m]
 
 
 @dataclass(frozen=True)

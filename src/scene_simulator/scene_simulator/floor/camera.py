@@ -16,9 +16,7 @@ from scene_simulator.imaging.sensors import Lighting, Sensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _TILE = 1024
-_SPACING = 0.00035
-"""Distance of the texture's samples on the floor [m]; the tile repeats after 0.36 m, four views."""
-
+_SPACING = 0.00035  # distance of the texture's samples on the floor [m]; the tile repeats after 0.36 m, four views
 PAPER_CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 """The paper's camera (3.1): 90 mm square in 235 pixels square from 130 mm."""
 

@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
-_KNOTS = 5
-"""Poses sampled per frame, with linear interpolation between them: at 1 m/s^2 an error of 2 um in 16 ms."""
+_KNOTS = 5  # poses sampled per frame, with linear interpolation between them: at 1 m/s^2 an error of 2 um in 16 ms
 
 
 @dataclass(frozen=True)

@@ -20,8 +20,7 @@ def clip_integral(t: float) -> float:
     return 0.5 * t * t if t < 1.0 else t - 0.5
 
 
-_POOL = 1 << 21
-"""Normal random numbers drawn once; each row of each frame reads them from a random start."""
+_POOL = 1 << 21  # normal random numbers drawn once; each row of each frame reads them from a random start
 
 
 @dataclass(frozen=True)

@@ -37,9 +37,7 @@ _START = SE2(0.9, 1.1, 0.0)
 _GOALS = (SE2(5.8, 1.2, 0.0), SE2(6.4, 3.8, 0.5 * math.pi), SE2(2.2, 4.6, math.pi))
 """Each faces a wall with landmarks, 2.2 m before it."""
 
-_MAX_SHIFT, _MAX_ROTATION = 0.1, math.radians(4.0)
-"""Maximum random shift and rotation of start and goals [m, rad]."""
-
+_MAX_SHIFT, _MAX_ROTATION = 0.1, math.radians(4.0)  # maximum random shift and rotation of start and goals [m, rad]
 _LAYOUT = 11
 FURNISHING = Furnishing(crates=8, tables=3, racks=0, overhangs=0)
 """Nothing is higher than a meter: it hides neither lamps nor landmarks from the mast."""
@@ -47,9 +45,7 @@ FURNISHING = Furnishing(crates=8, tables=3, racks=0, overhangs=0)
 PASSAGE = 0.25
 """Minimum clearance between the robot and obstacles on the path to the goals [m]."""
 
-_CLEARANCE = 0.6
-"""Clearance around start and goals [m]: room to turn."""
-
+_CLEARANCE = 0.6  # clearance around start and goals [m]: room to turn
 _CELL = 0.05
 _TRIES = 100
 
@@ -225,9 +221,7 @@ CEILING_MOUNT = CameraMount((0.0, 0.0, 1.0), (0.0, 0.0, 0.5 * math.pi))
 LAMP_RATE = 25.0
 """Frame rate that the lamps' waveforms are designed for [Hz]."""
 
-_CLOCK_SIGMA = 20.0
-"""Standard deviation of the lamps' clock rates [ppm]."""
-
+_CLOCK_SIGMA = 20.0  # standard deviation of the lamps' clock rates [ppm]
 _PHASE_STREAM = 12
 
 

@@ -94,14 +94,11 @@ Place = tuple[float, float]
 """x, y in the map frame [m]."""
 _CLEARANCE, _CELL = 0.35, 0.05
 """Clearance of a way from furniture and walls, from the person's middle, and the step in which it is checked [m]."""
-_LENGTH_MIN, _SPEEDS = 2.5, (0.5, 1.3)
-"""Least length of a way [m], range of the walking speeds [m/s]."""
+_LENGTH_MIN, _SPEEDS = 2.5, (0.5, 1.3)  # least length of a way [m], range of the walking speeds [m/s]
 _PERSONAL_SPACE, _AHEAD = 0.85, math.radians(70.0)
 """A person waits for a robot as near as this from middle to middle [m], and within this angle of the way [rad]."""
-_TURN_AFTER = 2.0
-"""A person who waited this long turns round [s]."""
-_STOP_DISTANCE = 0.8
-"""Least distance of a way from the robot's start and goals [m]."""
+_TURN_AFTER = 2.0  # a person who waited this long turns round [s]
+_STOP_DISTANCE = 0.8  # least distance of a way from the robot's start and goals [m]
 _STREAM, _TRIES = 12, 2000
 
 

@@ -41,14 +41,9 @@ DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi)
 """Level, looking ahead."""
 
 STEREO_RIG = StereoRig()
-_DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02
-"""Baseline of the depth camera [m] and its disparity noise [px]."""
-
-_INSTANTS = 3
-"""Number of instants per exposure of the floor camera."""
-
-_FLOOR, _CEILING, _STEREO, _DEPTH, _TILT, _BIAS = range(6)
-"""Random number streams."""
+_DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02  # baseline of the depth camera [m] and its disparity noise [px]
+_INSTANTS = 3  # number of instants per exposure of the floor camera
+_FLOOR, _CEILING, _STEREO, _DEPTH, _TILT, _BIAS = range(6)  # random number streams
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
-_FREQUENCIES = (0.07, 0.19, 0.43)
-"""Frequencies of the oscillation; each motion has its own phase [Hz]."""
+_FREQUENCIES = (0.07, 0.19, 0.43)  # frequencies of the oscillation; each motion has its own phase [Hz]
 
 
 @dataclass(frozen=True)

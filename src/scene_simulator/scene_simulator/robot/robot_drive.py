@@ -139,11 +139,8 @@ class SensorDrive:
         return np.random.default_rng((self.seed, *purpose))
 
 
-_STEP = 0.005
-"""Distance between the points of a route at which the speed is planned [m]."""
-
-_MIN_SEPARATION = 1e-3
-"""A place that is nearer to a waypoint is left out [steps]."""
+_STEP = 0.005  # distance between the points of a route at which the speed is planned [m]
+_MIN_SEPARATION = 1e-3  # a place that is nearer to a waypoint is left out [steps]
 
 
 @dataclass(frozen=True)

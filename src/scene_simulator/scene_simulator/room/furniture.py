@@ -11,15 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from scene_simulator.errors import SceneError
 from scene_simulator.room.box_room import Box, BoxRoom
 
-_BOARD = 0.03
-"""Thickness of boards and panels [m]."""
-
-_LEG = 0.05
-"""Width of a leg [m]."""
-
-_GAP = 0.1
-"""Minimum gap between two footprints [m]."""
-
+_BOARD = 0.03  # thickness of boards and panels [m]
+_LEG = 0.05  # width of a leg [m]
+_GAP = 0.1  # minimum gap between two footprints [m]
 _TRIES = 2000
 
 

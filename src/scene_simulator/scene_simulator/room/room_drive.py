@@ -107,9 +107,7 @@ def _corner(i: int, j: int, k: int) -> float:
 
 
 _PICTURE_NOISE, _POSE_NOISE = 1, 2
-_PATH_STEP = 0.02
-"""Time step of the path that stays free [s]."""
-
+_PATH_STEP = 0.02  # time step of the path that stays free [s]
 _SPEED = 0.55
 _CORNERS = ((-2.6, -1.1), (-1.5, -1.7), (0.3, -1.3), (2.1, -1.6), (2.7, -0.3), (2.2, 1.4), (0.5, 1.7), (-1.6, 1.5))
 RIG = CameraRig(

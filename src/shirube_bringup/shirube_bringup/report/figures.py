@@ -45,8 +45,7 @@ _OCCUPIED = 50
 _MARGIN = 0.15
 _STATUS_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
-_ERROR_MIN = 1e-2
-"""Smaller errors are drawn at this value [mm]: the axis is logarithmic."""
+_ERROR_MIN = 1e-2  # smaller errors are drawn at this value [mm]: the axis is logarithmic
 
 
 @contextmanager

@@ -24,8 +24,7 @@ _ROUNDS = 20
 # Largest distance of matched dots after registration, as a fraction of the dot spacing.
 _MAX_DISTANCE_FRACTION = 0.35
 _MIN_MATCHED = 10
-_AREA_MARGIN = 1.0
-"""A dot farther than this many spacings beyond the other map's dots is outside, not missing."""
+_AREA_MARGIN = 1.0  # a dot farther than this many spacings beyond the other map's dots is outside, not missing
 
 
 @dataclass(frozen=True)

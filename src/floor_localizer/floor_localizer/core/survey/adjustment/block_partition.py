@@ -23,8 +23,7 @@ from floor_localizer.core.survey.adjustment.observations import (
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.survey_image import SurveyImage
 
-_GROUP_SIZE = 32
-"""Number of consecutive images with a common bounding box, which is tested first."""
+_GROUP_SIZE = 32  # number of consecutive images with a common bounding box, which is tested first
 _IMAGES_PER_TILE = 64
 # First width of the halo around a tile, in merge distances.
 _HALO = 8.0

@@ -104,8 +104,7 @@ def back_substitute(upper: Floats, y: Floats, known: Floats) -> Floats:
     return solution
 
 
-_SUBTREE_LEVELS = 3
-"""Levels of the tree in one task, so eight parts: large enough to hide the overhead of scheduling."""
+_SUBTREE_LEVELS = 3  # levels of the tree in one task, so eight parts: large enough to hide the overhead of scheduling
 
 
 @dataclass(frozen=True)

@@ -86,10 +86,8 @@ def count_expected_views(dots: Floats, states: Floats, outline: ViewOutline, mar
     return counts
 
 
-_BLOCKS_PER_TASK = 4
-"""Blocks processed in one task: enough to hide the overhead of scheduling."""
-_GROUP_SIZE = 32
-"""Number of consecutive images that are stored and read together."""
+_BLOCKS_PER_TASK = 4  # blocks processed in one task: enough to hide the overhead of scheduling
+_GROUP_SIZE = 32  # number of consecutive images that are stored and read together
 
 
 @dataclass(frozen=True)

@@ -145,8 +145,7 @@ def _fix_dots_of_block(blocks: ObservationBlocks, number: int) -> None:
     blocks.put(number, ObservationBlock(block.observations, fixed))
 
 
-_MIN_EXPECTED_VIEWS = 2
-"""A dot observed once is spurious if at least this many images should have observed it."""
+_MIN_EXPECTED_VIEWS = 2  # a dot observed once is spurious if at least this many images should have observed it
 
 
 @dataclass(frozen=True)

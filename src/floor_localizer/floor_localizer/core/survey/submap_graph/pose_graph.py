@@ -34,8 +34,7 @@ DOT_SIGMA = 0.0002
 _SMALL_RESIDUAL, _LARGE_RESIDUAL = 0.001, 0.005
 """Residual of an edge above which the window, and above which the whole graph is optimised [m]."""
 _OPTIMIZE_EVERY, _OPTIMIZE_FRACTION = 8, 0.1
-_WINDOW = 64
-"""Number of submaps in the sliding window."""
+_WINDOW = 64  # number of submaps in the sliding window
 
 
 @dataclass(frozen=True)

@@ -89,8 +89,7 @@ _IMAGE_RADIUS, _EDGE_RADIUS = 0.003, 0.004
 _SHARED_GATE = 5.0
 # Margin of the possible overlap of two submaps, in grid cells.
 _OVERLAP_MARGIN_CELLS = 2.5
-_GLOBAL_CHANCE_FACTOR = 1e-3
-"""A global match must be less likely by chance by this factor."""
+_GLOBAL_CHANCE_FACTOR = 1e-3  # a global match must be less likely by chance by this factor
 
 
 class PoseGraphBuilder:
