@@ -85,9 +85,7 @@ def time_span(trajectory: Trajectory) -> str:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Numbers of stamps that should have a pose, that have one, that are excluded, and the stamps without
-    one [ns].
-    """
+    """Numbers of stamps that should have a pose, that have one, that are excluded, and the stamps without one [ns]."""
 
     expected: int
     covered: int
@@ -125,9 +123,7 @@ COVERAGE = 'coverage'
 
 @dataclass(frozen=True)
 class AccuracyReport:
-    """Accuracy of one run: poses with and without ground truth, statistics of position [m] and heading
-    [rad], coverage.
-    """
+    """Accuracy of one run: poses with and without truth, statistics of position [m] and heading [rad], coverage."""
 
     compared: int
     unmatched: int
@@ -195,9 +191,7 @@ def report_to_dict(report: AccuracyReport) -> dict[str, Any]:
 
 
 def exceeded_limits(report: AccuracyReport, limits: Mapping[str, float]) -> list[str]:
-    """Return a message for each violated limit, by metric: a lower limit for the coverage, upper limits
-    otherwise.
-    """
+    """Return a message for each violated limit, by metric: a lower limit for the coverage, upper limits otherwise."""
     metrics = report.metrics()
     lines = []
     for name, limit in limits.items():

@@ -20,9 +20,7 @@ LATCHED_TOPICS = frozenset({'/tf_static', '/robot_description'})
 
 
 def reliable_qos(depth: int = 10, latched: bool = False) -> Qos:
-    """Return a reliable profile, for any subscriber, that keeps ``depth`` messages, for late subscribers if
-    latched.
-    """
+    """Return a reliable profile, for any subscriber, that keeps ``depth`` messages, for late subscribers if latched."""
     return Qos(
         history=QosHistory.KEEP_LAST,
         depth=depth,

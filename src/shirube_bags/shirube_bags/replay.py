@@ -29,9 +29,7 @@ class ReplayClock:
     CATCH_UP_MAX = 0.02
 
     def __init__(self, rate: float, first_stamp_ns: int, now: float) -> None:
-        """Start at a time ``now`` of the steady clock [s], which is the first stamp; rate 0 makes every
-        message due at once.
-        """
+        """Start at a time ``now`` of the steady clock [s], the first stamp; rate 0 makes all messages due at once."""
         self._rate = rate
         self._first_stamp_ns = first_stamp_ns
         self._began = now

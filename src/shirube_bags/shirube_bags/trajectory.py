@@ -86,9 +86,7 @@ def find_malformed_pose(positions: NDArray[np.float64], quaternions: NDArray[np.
 
 
 def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
-    """Return a trajectory of poses x [m], y [m], yaw [rad], array-like, shape (n, 3); errors as
-    `make_trajectory`.
-    """
+    """Return a trajectory of poses x [m], y [m], yaw [rad], array-like, shape (n, 3); errors as `make_trajectory`."""
     planar = np.asarray(poses, dtype=np.float64).reshape(-1, 3)
     half, zero = planar[:, 2] / 2.0, np.zeros(len(planar))
     positions = np.column_stack([planar[:, 0], planar[:, 1], zero])
@@ -96,9 +94,7 @@ def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
 
 
 def can_interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64], longest_gap_ns: int) -> NDArray[np.bool_]:
-    """Return, shape (m,), whether each stamp [ns] is that of a pose or within a gap of at most
-    ``longest_gap_ns``.
-    """
+    """Return, shape (m,), whether each stamp [ns] is that of a pose or within a gap of at most ``longest_gap_ns``."""
     known = trajectory.stamps_ns
     after = np.minimum(np.searchsorted(known, stamps_ns, side='left'), len(known) - 1)
     before = np.maximum(np.searchsorted(known, stamps_ns, side='right') - 1, 0)

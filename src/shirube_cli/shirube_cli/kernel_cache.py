@@ -200,9 +200,7 @@ def source_folders(root: Path) -> dict[str, Path]:
 
 
 def copy_to_installed(cache: Path, root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
-    """Copy the machine code of compiled sets from the folder of ``compiled_kernels`` to what colcon
-    installed.
-    """
+    """Copy the machine code of compiled sets from the folder of ``compiled_kernels`` to what colcon installed."""
     for path in files_with_kernels(root / 'src'):
         package = path.relative_to(root / 'src').parts[0]
         module = path.relative_to(root / 'src' / package)

@@ -16,9 +16,7 @@ GRACE = 10.0
 def child_process(
     command: Sequence[str], environment: Mapping[str, str], log: Path | None
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """Run a command while the block runs, and end it with SIGINT at the end of the block; the log takes its
-    output.
-    """
+    """Run a command while the block runs, and end it with SIGINT at the end of the block; the log takes its output."""
     output = None if log is None else log.open('wb')
     child = subprocess.Popen(
         command,

@@ -92,9 +92,7 @@ def check_units(diameter: float, spacing: float, source: str) -> None:
 
 
 def find_duplicates(points: Floats, lower: Floats) -> tuple[int, int] | None:
-    """Return two dots at the same position, the earlier one first, or None; ``lower`` is the origin of the
-    quantization.
-    """
+    """Return two dots at the same position, the earlier one first, or None; steps count from ``lower``."""
     steps = np.round((points - lower) / _SAME_PLACE).astype(np.int64)
     order = np.lexsort(steps.T)
     duplicates = (np.diff(steps[order], axis=0) == 0).all(axis=1)

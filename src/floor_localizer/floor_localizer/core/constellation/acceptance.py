@@ -163,9 +163,7 @@ def is_accepted(search: SearchState, pose: ScoredPose) -> bool:
 
 @njit(cache=True)
 def score_hypothesis(grid: DotGrid, view: ViewDots, search: SearchState, a: complex, b: complex) -> bool:
-    """Match the whole view under a hypothesis, update best pose and runner-up, and return whether the best is
-    accepted.
-    """
+    """Match the whole view under a hypothesis, update best pose and runner-up; return whether the best is accepted."""
     search.counts[2] += 1
     pose = _score_match(view, search, match_view(grid, view, a, b, search.matches, search.residuals))
     if not is_accepted(search, pose):

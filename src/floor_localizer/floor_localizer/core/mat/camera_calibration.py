@@ -34,9 +34,7 @@ _SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 
 def match_mat(
     dots: DetectedDots, camera: PinholeCamera, mat: DotMap, initial_mount: CameraMount
 ) -> tuple[Ints, Ints] | None:
-    """Return the indices of the matched dots in the image and in the mat; None if they match at no tilt within
-    15 degrees of the initial mount.
-    """
+    """Return the matched dots in image and mat (indices); None if none match within 15 degrees of the initial mount."""
     matcher = DotMatcher(mat.points)
     height = float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
     rays = camera.rays_from_pixels(dots.pixels)

@@ -96,9 +96,7 @@ class ImageBoxes:
 
 
 def store_boxes(boxes: Floats, store: ArrayStore) -> ImageBoxes:
-    """Store the lower left and upper right corners of the box of each image, shape (k, 2, 2) [m], instead of
-    the previous ones.
-    """
+    """Store lower left and upper right corner of each image's box, shape (k, 2, 2) [m], in place of earlier ones."""
     first = np.arange(0, len(boxes), _GROUP_SIZE)
     group_boxes = [np.minimum.reduceat(boxes[:, 0], first), np.maximum.reduceat(boxes[:, 1], first)]
     store.put('boxes', 0, boxes)

@@ -176,9 +176,7 @@ class EliminationTree:
         return NormalEquations(*self.store.get(f'complement{level}', index))
 
     def solve(self, level: int, index: int, known: PartialSolution) -> PartialSolution:
-        """Return the unknowns of the images eliminated at a node, by back substitution, given those of all
-        images eliminated above it.
-        """
+        """Return the unknowns of the images eliminated at a node, by back substitution, given those of all above it."""
         if level and len(self.children(level, index)) == 1:
             return EMPTY_SOLUTION
         images, others, upper, y = self.store.get(f'factor{level}', index)

@@ -103,9 +103,7 @@ class PoseGraphBuilder:
     def __init__(
         self, images: Sequence[SurveyImage], settings: SurveySettings, existing: Floats | None, store: ArrayStore
     ) -> None:
-        """Begin with an empty graph, or with the dots of the map to extend, shape (n, 2) [m], as submap 0
-        without images.
-        """
+        """Begin with an empty graph, or with the dots of the map to extend, shape (n, 2) [m], as submap 0."""
         self._images, self._settings = images, settings
         self.submaps: list[Submap] = []
         self.poses = SubmapPoses()
