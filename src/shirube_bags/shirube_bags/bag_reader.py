@@ -98,11 +98,7 @@ class BagReader:
         self._close()
 
     def messages(self, topics: Iterable[str] = ()) -> Iterator[BagMessage]:
-        """Yield the messages of topics, all if empty, in the order of their stamps.
-
-        Raises:
-            BagError: a topic is not in the bag, or the bag is corrupted.
-        """
+        """Yield topics' messages, all if empty, by stamp; raise a BagError for a missing topic or a corrupted bag."""
         wanted = self.select_topics(topics)
         count = 0
         for message in self._read(wanted, None, None):

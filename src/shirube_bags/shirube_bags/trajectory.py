@@ -104,11 +104,7 @@ def can_interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64], longes
 
 
 def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Trajectory:
-    """Interpolate at increasing stamps [ns], shape (m,): positions linearly, rotations by slerp.
-
-    Raises:
-        TrajectoryError: a stamp is outside the trajectory.
-    """
+    """Interpolate at rising stamps [ns], (m,): positions linearly, rotations by slerp; TrajectoryError outside."""
     known = trajectory.stamps_ns
     if len(stamps_ns) and not (known[0] <= stamps_ns[0] and stamps_ns[-1] <= known[-1]):
         raise TrajectoryError('stamps are outside the trajectory; give only stamps within it')

@@ -93,11 +93,7 @@ COLUMNS = 'stamp x y z qx qy qz qw'
 
 
 def load_tum(path: Path | str) -> Trajectory:
-    """Load a TUM file; empty lines and lines that start with ``#`` are skipped.
-
-    Raises:
-        TumFileError: the file is missing, empty, or a line is malformed or has NaN.
-    """
+    """Load a TUM file without empty lines and those that start with ``#``; raise a TumFileError if it is malformed."""
     try:
         lines = Path(path).read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as fault:

@@ -71,11 +71,7 @@ _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 
 
 class MissionBag:
-    """Buffers the messages until the mission is over, then writes them sorted by time.
-
-    Attributes:
-        path: path of the bag.
-    """
+    """Buffers the messages until the mission is over, then writes them to ``path``, sorted by time."""
 
     def __init__(self, node: Node, path: Path, now: Callable[[], int]) -> None:
         """Subscribe; ``now`` returns the mission time [ms]."""

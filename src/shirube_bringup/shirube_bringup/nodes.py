@@ -189,11 +189,7 @@ def _mount(mount: CameraMount) -> dict[str, Value]:
 
 
 class NodeProcesses:
-    """Runs the nodes inside of a `with` statement and ends them with SIGINT.
-
-    Attributes:
-        exit_codes: exit codes of the ended nodes, by name.
-    """
+    """Runs nodes in a `with` statement, ends them with SIGINT; then ``exit_codes`` are known by name."""
 
     def __init__(self, nodes: Sequence[NodeSetup], folder: Path, domain: int) -> None:
         """Set the nodes to run in a ROS domain, and the folder of their parameter files and logs."""

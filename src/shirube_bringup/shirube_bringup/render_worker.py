@@ -23,12 +23,7 @@ _sensors: list[MissionSensors] = []  # sensors of the worker process (at most on
 
 @dataclass(frozen=True)
 class PiecewisePath:
-    """The true motion during an exposure.
-
-    Attributes:
-        times: times, shape (n,), increasing [s].
-        poses: ``T_map_base`` at these times.
-    """
+    """The true motion in an exposure: rising times, (n,) [s], and ``T_map_base`` at them."""
 
     times: tuple[float, ...]
     poses: tuple[SE2, ...]

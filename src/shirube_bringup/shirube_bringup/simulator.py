@@ -56,11 +56,7 @@ _WAY, _SPEED = 3.0, 0.8  # length of a walker's way [m] and its speed [m/s]
 
 
 class Interventions:
-    """Takes requests on ``/simulation/request`` (String, JSON) while the mission runs.
-
-    Attributes:
-        people: people whom the requests have put into the room.
-    """
+    """Takes requests on ``/simulation/request`` (String, JSON); ``people`` are those that were put into the room."""
 
     def __init__(self, node: Node, carry_to: Callable[[SE2], None]) -> None:
         """Subscribe; ``carry_to`` puts the robot somewhere else in the map."""

@@ -74,11 +74,7 @@ def _serialized(message: Any) -> bytes:
 
 
 class MissionPublishers:
-    """All publishers of the simulation.
-
-    Attributes:
-        image_counts: number of images published per sensor.
-    """
+    """All publishers of the simulation; ``image_counts`` are the images published per sensor."""
 
     def __init__(self, node: Node) -> None:
         """Create the publishers."""
@@ -131,12 +127,7 @@ LOCALIZERS = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 
 
 class StampedPose(NamedTuple):
-    """A pose published by a node.
-
-    Attributes:
-        time: stamp in mission time [s].
-        pose: ``T_map_base``, or ``T_odom_base`` of the wheels.
-    """
+    """A published pose at a mission time [s]: ``T_map_base``, or ``T_odom_base`` of the wheels."""
 
     time: float
     pose: SE2

@@ -50,11 +50,7 @@ class CommandError(RuntimeError):
 
 
 def find_home() -> Path:
-    """Return the repository that contains this package, or the files that pip installed beside it.
-
-    Raises:
-        CommandError: the files of the installed product are missing.
-    """
+    """Return the repository of this package, or what pip installed beside it; raise a CommandError if it is missing."""
     root = Path(__file__).resolve().parents[3]
     if is_clone(root):
         return root

@@ -31,11 +31,7 @@ class Seen:
 
 
 class Board:
-    """Newest messages; `put` may be called from another thread than the rest.
-
-    Attributes:
-        counts: number of messages by channel.
-    """
+    """Newest messages, and their number by channel; `put` may be called from another thread than the rest."""
 
     def __init__(self) -> None:
         """Start empty."""

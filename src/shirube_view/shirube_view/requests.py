@@ -49,11 +49,7 @@ class Commands:
         self.node, self._recorder = node, recorder
 
     def do(self, page: Any, request: Mapping[str, Any]) -> str:
-        """Do what a page commands and return it in words, empty for what needs none.
-
-        Raises:
-            RequestError: the request is malformed or cannot be done.
-        """
+        """Do what a page commands; return it in words or empty, or raise a RequestError if it cannot be done."""
         node, kind = self.node, request['do']
         if kind == 'drive':
             forward, turn = (number(request, name, 1.0) for name in ('forward', 'turn'))

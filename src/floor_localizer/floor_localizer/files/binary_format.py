@@ -124,11 +124,7 @@ def file_size(locations: Mapping[str, ArrayLocation]) -> int:
 
 
 def header_bytes(path: Path, locations: Mapping[str, ArrayLocation], binary_map: BinaryMap) -> bytes:
-    """Return prefix and header of a map's file.
-
-    Raises:
-        DotMapError: the names of the levels are too long.
-    """
+    """Return prefix and header of a map's file; raise a DotMapError if the names of its levels are too long."""
     header = {
         'rules': _RULES,
         'numbers': {name: value for name, value in _values_of(binary_map).items() if name not in TYPES},
@@ -146,11 +142,7 @@ def header_bytes(path: Path, locations: Mapping[str, ArrayLocation], binary_map:
 
 
 def load_binary(path: Path) -> BinaryMap:
-    """Open a map; its arrays are read-only, memory-mapped views of the file.
-
-    Raises:
-        DotMapError: a file that is missing, truncated, corrupted, of another version, or no dot map.
-    """
+    """Open a map with read-only, memory-mapped arrays; raise a DotMapError for any file that is not one."""
     try:
         if path.stat().st_size < _PREFIX.size:
             raise DotMapError(f'{path}: is empty or truncated; {_REMEDY}')

@@ -88,11 +88,7 @@ class Checkpoint:
         return self._folder / 'images.bin'
 
     def create_store(self) -> DiskArrayStore:
-        """Return an empty array store for the pose graph and the adjustment; remove the previous ones.
-
-        Raises:
-            OSError: the folder cannot be written to.
-        """
+        """Return an empty array store for graph and adjustment; remove the previous ones; raises `OSError`."""
         self.remove_stores()
         self._stores_folder.mkdir(parents=True)
         # A unique name, because tasks of a killed run may still be running on a cluster.

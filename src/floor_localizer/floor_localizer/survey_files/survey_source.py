@@ -53,11 +53,7 @@ class SurveyOdometry:
             self._buffer.add(stamp, SE2(*pose))
 
     def pose_at(self, stamp_ns: int, name: str) -> SE2:
-        """Return ``T_odom_base`` at a stamp; ``name`` is the image, for error messages.
-
-        Raises:
-            FloorLocalizerError: there is no odometry near this stamp.
-        """
+        """Return ``T_odom_base`` at a stamp; the FloorLocalizerError without odometry there has the image's name."""
         pose = self._buffer.pose_at(stamp_ns)
         if isinstance(pose, NoPoseReason):
             time = 1e-9 * (stamp_ns - self._start)

@@ -26,11 +26,7 @@ class ShapeKind(IntEnum):
 
 @dataclass(frozen=True)
 class Disc:
-    """A round diffuser.
-
-    Attributes:
-        radius: [m].
-    """
+    """A round diffuser of a radius [m]."""
 
     radius: float = 0.0325
 
@@ -87,12 +83,7 @@ class LedGrid:
 
 @dataclass(frozen=True)
 class Rectangle:
-    """A window, a tube or a square panel.
-
-    Attributes:
-        width: extent along the face's x [m].
-        length: extent along the face's y [m].
-    """
+    """A window, a tube or a square panel: extents along the face's x and y [m]."""
 
     width: float
     length: float

@@ -84,12 +84,7 @@ def glow_light(distance: float, parameters: tuple[float, float, float, float]) -
 
 @dataclass(frozen=True)
 class CeilingLens:
-    """A wide lens.
-
-    Attributes:
-        vignetting: fraction of the light that is missing in the corners, rising with the square of the distance.
-        blooming: the glow about bright lamps.
-    """
+    """A wide lens: fraction of the light that is missing in the corners (grows with the square), and its blooming."""
 
     vignetting: float = 0.3
     blooming: Blooming = field(default_factory=Blooming)

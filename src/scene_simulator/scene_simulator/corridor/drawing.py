@@ -72,11 +72,7 @@ def text_strokes(text: str) -> Iterator[NDArray[np.float64]]:
 
 
 class Drawing:
-    """Shapes on one plane; places count from the drawing's own origin, right and up [m].
-
-    Attributes:
-        shapes: drawn shapes, bottom first.
-    """
+    """Shapes on one plane, bottom first; places count from the drawing's own origin, right and up [m]."""
 
     def __init__(self, surface: Surface, origin: PlanePoint = (0.0, 0.0)) -> None:
         """Begin an empty drawing about an origin on the plane [m]."""

@@ -50,12 +50,7 @@ class Sign(WallObject):
 
 @dataclass(frozen=True)
 class RoundSign(WallObject):
-    """A round prohibition sign.
-
-    Attributes:
-        position: centre on the plane, right and up [m].
-        radius: [m].
-    """
+    """A round prohibition sign of a radius [m]; its position is its centre on the plane, right and up [m]."""
 
     radius: float = 0.11
 

@@ -227,12 +227,7 @@ class SceneObject(Protocol):
 
 @dataclass(frozen=True)
 class CorridorScene:
-    """The scene.
-
-    Attributes:
-        objects: objects, farthest first.
-        light: illumination of all objects.
-    """
+    """The scene: objects, farthest first, and their light."""
 
     objects: tuple[SceneObject, ...]
     light: CorridorLight = field(default_factory=CorridorLight)

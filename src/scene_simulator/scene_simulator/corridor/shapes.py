@@ -180,12 +180,7 @@ def shape_table(shapes: Iterable[FlatShape]) -> ShapeTable:
 
 @dataclass(frozen=True)
 class CorridorLight:
-    """Light that changes evenly over the corridor.
-
-    Attributes:
-        level: grey level of a white wall before the lens, 1 saturates.
-        gradient: relative change along the axes of the map [1/m].
-    """
+    """Level of a white wall before the lens, 1 saturates, and its relative change along the map's axes [1/m]."""
 
     level: float = 0.95
     gradient: Vector = (0.015, 0.0, 0.09)

@@ -126,12 +126,7 @@ class CorridorShell:
 
 @dataclass(frozen=True)
 class RoomShell:
-    """A room seen from inside.
-
-    Attributes:
-        size: its corners [m].
-        name: name of the object in the scene.
-    """
+    """A room, seen from inside, with its corners [m] and its name in the scene."""
 
     size: Box
     name: str = 'room'

@@ -60,11 +60,7 @@ _WEAR = 0.03
 
 @dataclass(frozen=True)
 class DemoScene:
-    """The whole scene of the recorded bag.
-
-    Attributes:
-        seed: seed of the dirt, the wear, the noise and the suspension; the floor is always the demo floor.
-    """
+    """The scene of the recorded bag; the seed is that of dirt, wear, noise and suspension, not of the demo floor."""
 
     seed: int = 7
 

@@ -23,12 +23,7 @@ _BLACK = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class FloorArea:
-    """An upright rectangle of the floor in the map frame.
-
-    Attributes:
-        low: least x and y [m].
-        high: greatest x and y [m].
-    """
+    """An upright rectangle of the floor: least and greatest x and y in the map frame [m]."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -45,11 +40,7 @@ class FloorArea:
 
 @dataclass(frozen=True)
 class Litter:
-    """Marks that hide the floor.
-
-    Attributes:
-        marks: shapes of the litter.
-    """
+    """Marks that hide the floor."""
 
     marks: FloorMarks
 

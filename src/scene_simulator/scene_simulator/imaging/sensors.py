@@ -56,12 +56,7 @@ class Lighting:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor that counts electrons.
-
-    Attributes:
-        full_well: electrons at saturation; their random arrival is the shot noise.
-        read_noise: standard deviation of the read-out [electrons].
-    """
+    """Counts electrons: number at saturation, whose arrival is the shot noise, and read-out noise [electrons]."""
 
     full_well: float = 9000.0
     read_noise: float = 12.0

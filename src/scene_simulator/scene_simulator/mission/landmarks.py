@@ -88,12 +88,7 @@ def covered_walls() -> CorridorScene:
 
 @dataclass(frozen=True)
 class FurnishedScene:
-    """Walls and boxes, seen from anywhere in the room.
-
-    Attributes:
-        walls: walls, behind all boxes.
-        boxes: boxes in the room.
-    """
+    """Walls, and boxes before them, seen from anywhere in the room."""
 
     walls: CorridorScene
     boxes: tuple[Box, ...] = ()
@@ -112,12 +107,7 @@ class FurnishedScene:
 
 @dataclass(frozen=True)
 class OrderedScene:
-    """A scene in the order in which it is painted.
-
-    Attributes:
-        table: all shapes, those behind first.
-        light: illumination of the shapes.
-    """
+    """A scene in the order in which it is painted, those behind first, and its light."""
 
     table: ShapeTable
     light: CorridorLight = field(default_factory=CorridorLight)

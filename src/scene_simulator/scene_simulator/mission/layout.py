@@ -52,12 +52,7 @@ _TRIES = 100
 
 @dataclass(frozen=True)
 class Zone:
-    """A rectangle on the floor.
-
-    Attributes:
-        low: its lower left corner [m].
-        high: its upper right corner [m].
-    """
+    """A rectangle on the floor by its lower left and upper right corner [m]."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -82,12 +77,7 @@ ZONES = {'carpet': CARPET, 'dark': DARK, 'covered': COVERED}
 
 @dataclass(frozen=True)
 class MissionLayout:
-    """Start and goals.
-
-    Attributes:
-        start: ``T_map_base`` at the beginning.
-        goals: the poses that the robot is to reach, in this order.
-    """
+    """``T_map_base`` at the start, and the goals in the order in which they are to be reached."""
 
     start: SE2
     goals: tuple[SE2, ...]
@@ -158,12 +148,7 @@ def surveyed_floor() -> DotFloor:
 
 @dataclass(frozen=True)
 class MissionFloor:
-    """The floor as it is driven on.
-
-    Attributes:
-        seed: seed of wear and dirt.
-        surveyed: floor as surveyed, before wear.
-    """
+    """The floor as it is driven on: seed of wear and dirt, and the floor as surveyed before."""
 
     seed: int
     surveyed: DotFloor = field(default_factory=surveyed_floor)

@@ -57,12 +57,7 @@ def apply_body_motion(mount_at_rest: CameraMount, heave: float, roll: float, pit
 
 @dataclass(frozen=True)
 class TiltErrors:
-    """Errors of roll and pitch.
-
-    Attributes:
-        bias: standard deviation of the constant error of each axis, drawn once a run [rad].
-        noise: standard deviation of a reading [rad].
-    """
+    """Standard deviations of roll and pitch: constant error of a run, and noise of a reading [rad]."""
 
     bias: float = math.radians(0.05)
     noise: float = math.radians(0.03)
@@ -118,11 +113,7 @@ class _Segment:
 
 
 class LegDrive:
-    """A drive along legs and arcs; the robot always faces along it and is stationary at both ends.
-
-    Attributes:
-        duration: time from the start to the end, the rest at the start included [s].
-    """
+    """Legs and arcs, the robot faces along them; ``duration`` [s] includes the rest at the start."""
 
     def __init__(
         self, corners: ArrayLike, speeds: Sequence[float], radius: float, rest: float = 0.0, acceleration: float = 0.4

@@ -162,23 +162,14 @@ class Waypoint:
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """What the robot's motors and wheels allow.
-
-    Attributes:
-        acceleration: greatest change of speed [m/s^2].
-        lateral_acceleration: greatest acceleration across a bend [m/s^2].
-    """
+    """Greatest acceleration along the drive and across a bend [m/s^2]."""
 
     acceleration: float = 0.4
     lateral_acceleration: float = 0.3
 
 
 class RobotDrive:
-    """A drive along a route; the robot always faces along it and is stationary at both ends.
-
-    Attributes:
-        duration: time from the start to the end, pauses included [s].
-    """
+    """A drive along a route, which the robot always faces; ``duration`` [s] includes the pauses."""
 
     def __init__(self, route: Sequence[Waypoint], limits: DriveLimits | None = None) -> None:
         """Plan a drive along two or more waypoints within limits, by default a small robot's.

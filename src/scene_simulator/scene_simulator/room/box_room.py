@@ -131,12 +131,7 @@ TurnedBox = tuple[float, float, float, float, float, float, float]
 
 @dataclass(frozen=True)
 class Solids:
-    """Bodies at one time.
-
-    Attributes:
-        cylinders: upright or lying cylinders.
-        boxes: boxes that are turned about the vertical.
-    """
+    """Bodies at one time: upright or lying cylinders, and boxes that are turned about the vertical."""
 
     cylinders: tuple[Cylinder, ...] = ()
     boxes: tuple[TurnedBox, ...] = ()

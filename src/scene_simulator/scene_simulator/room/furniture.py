@@ -19,12 +19,7 @@ _TRIES = 2000
 
 @dataclass(frozen=True)
 class Furniture:
-    """A furniture item.
-
-    Attributes:
-        kind: crate, table, rack or overhang.
-        boxes: boxes that the item consists of.
-    """
+    """A crate, table, rack or overhang, and the boxes that it consists of."""
 
     kind: str
     boxes: tuple[Box, ...]
@@ -76,12 +71,7 @@ def overhang(size_x: float, size_y: float, low: float, high: float) -> Furniture
 
 @dataclass(frozen=True)
 class FurnishedRoom:
-    """A room and its furniture.
-
-    Attributes:
-        size: the room's own corners.
-        furniture: furniture items.
-    """
+    """A room, by its own corners, and its furniture."""
 
     size: Box
     furniture: tuple[Furniture, ...]

@@ -61,12 +61,7 @@ class Lookups(NamedTuple):
 
 
 class ProbabilityRange(NamedTuple):
-    """Range of probability of the cells to open.
-
-    Attributes:
-        minimum: lower end, included.
-        maximum: upper end, excluded.
-    """
+    """Range of probability of the cells to open: ``minimum`` is included, ``maximum`` is not."""
 
     minimum: float
     maximum: float

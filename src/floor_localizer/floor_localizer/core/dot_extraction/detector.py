@@ -206,11 +206,7 @@ class DotDetector:
 
 
 def check_image(image: Pixels) -> None:
-    """Check type, shape and size of an image.
-
-    Raises:
-        DotImageError: one line with the type or shape and what is expected.
-    """
+    """Check an image; raise a DotImageError that names its type, shape or size and what is expected."""
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
         raise DotImageError(f'the image holds {kind}, it must be an array of uint8 (mono8 or bgr8)')

@@ -158,11 +158,7 @@ class PoleStarPose:
 
 @dataclass(frozen=True)
 class NoPose:
-    """No pose, with the reason.
-
-    Attributes:
-        reason: one line of text.
-    """
+    """No pose, and the reason in one line."""
 
     reason: str
 

@@ -184,11 +184,7 @@ class KnownLength:
 
 
 def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult, float]:
-    """Return the survey scaled to a known length, and the scale factor.
-
-    Raises:
-        FloorLocalizerError: no dot is at a given position, or the length is implausible.
-    """
+    """Return the scaled survey and the factor; raise a FloorLocalizerError for no dot there or a wrong length."""
     ends = np.array([_dot_at(result.dot_map, position) for position in (known.first, known.second)])
     mapped = float(np.hypot(*(ends[1] - ends[0])))
     if mapped < 2.0 * _SEARCH_RADIUS or not abs(known.length / mapped - 1.0) < _MAX_SCALE_CHANGE:

@@ -61,11 +61,7 @@ class MapComparison:
 
 
 def compare(first: DotMap, second: DotMap) -> MapComparison:
-    """Register the second map to the first and compare them.
-
-    Raises:
-        FloorLocalizerError: the maps do not overlap.
-    """
+    """Register the second map to the first and compare them; raise a FloorLocalizerError if they do not overlap."""
     start = _initial_motion(DotMatcher(first.points), second.points)
     if start is None:
         raise FloorLocalizerError(

@@ -55,11 +55,7 @@ def survey_image(
 
 @dataclass(frozen=True)
 class ViewOutline:
-    """Outline of the camera's view on the floor for the level robot.
-
-    Attributes:
-        corners: corners of the view in the base frame, in order around it, shape (4, 2) [m].
-    """
+    """Outline of the view on the floor of the level robot: corners in the base frame, in order, (4, 2) [m]."""
 
     corners: Floats
 
@@ -97,11 +93,7 @@ class ViewOutline:
 
 
 def view_outline(camera: PinholeCamera, mount: CameraMount) -> ViewOutline:
-    """Return the outline of a camera's view on the floor.
-
-    Raises:
-        FloorLocalizerError: the camera sees the horizon.
-    """
+    """Return a camera's view on the floor; raise a FloorLocalizerError if it sees the horizon."""
     right, lower = camera.width - 1.0, camera.height - 1.0
     pixels = np.array([[0.0, 0.0], [right, 0.0], [right, lower], [0.0, lower]])
     corners = mount.floor_points_from_rays(camera.rays_from_pixels(pixels))

@@ -43,12 +43,7 @@ _SQUARES_MAX = 1 << 28
 
 @dataclass(frozen=True)
 class PartSizes:
-    """Sizes of the parts; they affect memory and time, not the result.
-
-    Attributes:
-        chunk_bytes: size of a CSV chunk [bytes].
-        stripe_dots: approximate number of dots in a stripe.
-    """
+    """Size of a CSV chunk [bytes] and number of dots in a stripe; they affect memory and time, not the result."""
 
     chunk_bytes: int = 1 << 25
     stripe_dots: int = 1_000_000

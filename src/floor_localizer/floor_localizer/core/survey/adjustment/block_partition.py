@@ -32,12 +32,7 @@ _GROUPS_PER_TASK = 8
 
 @dataclass(frozen=True)
 class Tile:
-    """Axis-aligned rectangle; infinite at the border of the floor.
-
-    Attributes:
-        lower: lower left corner, inclusive, shape (2,) [m].
-        upper: upper right corner, exclusive, shape (2,) [m].
-    """
+    """Axis-aligned rectangle, infinite at the border: lower corner (inclusive), upper (exclusive), (2,) [m]."""
 
     lower: Floats
     upper: Floats
@@ -78,11 +73,7 @@ def _bisect(centres: Floats, tile: Tile, halvings: int) -> list[Tile]:
 
 @dataclass(frozen=True)
 class ImageBoxes:
-    """Bounding boxes of all images.
-
-    Attributes:
-        store: array store of the boxes.
-    """
+    """Bounding boxes of all images, in an array store."""
 
     store: ArrayStore
 

@@ -109,12 +109,7 @@ _SUBTREE_LEVELS = 3  # levels of the tree in one task, so eight parts: large eno
 
 @dataclass(frozen=True)
 class PartialSolution:
-    """Solved unknowns of some images.
-
-    Attributes:
-        images: indices of the images, ascending, shape (k,).
-        values: solved unknowns, shape (k, 6).
-    """
+    """Solved unknowns, (k, 6), of some images, ascending indices, (k,)."""
 
     images: Ints
     values: Floats
