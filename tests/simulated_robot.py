@@ -5,6 +5,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 
 from scene_simulator.errors import SceneError
+from scene_simulator.robot.leg_drive import arc_motion
 from shirube_core.geometry import SE2
 
 _STEP = 0.005
@@ -44,7 +45,7 @@ class SimulatedRobot:
             elapsed = after - self.time
             self._forward = _step_towards(forward, self._forward, self._limits.acceleration * elapsed)
             self._yaw_rate = _step_towards(yaw_rate, self._yaw_rate, self._limits.angular_acceleration * elapsed)
-            self._poses.append(self._poses[-1] @ SE2.exp(self._forward * elapsed, 0.0, self._yaw_rate * elapsed))
+            self._poses.append(self._poses[-1] @ arc_motion(self._forward * elapsed, self._yaw_rate * elapsed))
             self._speeds.append((self._forward, self._yaw_rate))
             self._times.append(after)
 
@@ -57,7 +58,7 @@ class SimulatedRobot:
             return self._poses[0]
         forward, yaw_rate = self._speeds[step]
         since = time - self._times[step]
-        return self._poses[step] @ SE2.exp(forward * since, 0.0, yaw_rate * since)
+        return self._poses[step] @ arc_motion(forward * since, yaw_rate * since)
 
 
 def _step_towards(goal: float, value: float, max_step: float) -> float:

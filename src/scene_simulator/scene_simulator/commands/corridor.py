@@ -92,7 +92,7 @@ def render_stereo_pair(arguments: Sequence[str] | None = None) -> int:
     """
     options = _pair_parser().parse_args(arguments)
     try:
-        design = CorridorDesign(options.seed, people=options.people, needles=options.needles)
+        design = CorridorDesign(options.seed, people=options.people)
         _write_pair(options.folder, design, raw_rig() if options.raw else StereoRig(), SE2(*options.pose))
     except SceneError as error:
         print(f'render_stereo_pair: {error}', file=sys.stderr)
@@ -124,7 +124,6 @@ def _pair_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='render_stereo_pair', description=render_stereo_pair.__doc__)
     parser.add_argument('folder', type=Path, help='output folder; existing files are overwritten')
     parser.add_argument('--seed', type=int, default=0, help='seed of the corridor (default: %(default)s)')
-    parser.add_argument('--needles', type=int, default=0, help='seed of the meter readings (default: %(default)s)')
     parser.add_argument('--people', type=int, default=0, help='people in the corridor (default: %(default)s)')
     parser.add_argument(
         '--pose',

@@ -1,4 +1,4 @@
-"""Commands of the floor: lay a floor and write its dot map, record the demo drive over it, write a view of it."""
+"""Commands of the floor: lay a floor and write its dot map, record the demo drive over it."""
 
 import argparse
 import math
@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +30,6 @@ DIRTY_FRACTION = 0.05
 
 _IMAGE_NOISE, _WHEEL_NOISE = 1, 2
 _IMAGE_PERIOD_NS = 100_000_000
-_ZOOM = 2
 
 
 def generate_floor(arguments: Sequence[str] | None = None) -> int:
@@ -40,7 +38,7 @@ def generate_floor(arguments: Sequence[str] | None = None) -> int:
     design = replace(DARK_ON_LIGHT, size=tuple(options.size), count=options.count)
     try:
         floor = generate_dot_floor(design, options.seed)
-        dots = survey_floor(floor, options.survey_error, options.seed + 1)
+        dots = survey_floor(floor, SURVEY_ERROR, options.seed + 1)
         write_dot_map(dots, options.map)
     except SceneError as error:
         print(f'generate_floor: {error}', file=sys.stderr)
@@ -63,12 +61,6 @@ def _floor_parser() -> argparse.ArgumentParser:
     )
     parser.add_argument('--count', type=int, default=DARK_ON_LIGHT.count, help='number of chips (default: %(default)s)')
     parser.add_argument('--seed', type=int, default=DEMO_FLOOR_SEED, help='seed of the floor (default: %(default)s)')
-    parser.add_argument(
-        '--survey-error',
-        type=float,
-        default=SURVEY_ERROR,
-        help='standard deviation of the map along each axis [m] (default: %(default)s)',
-    )
     return parser
 
 
@@ -128,27 +120,3 @@ def _image_entries(scene: DemoScene, index: int, time_ns: int) -> Iterator[Entry
     yield stamp, '/dirt', 'std_msgs/msg/Bool', messages.flag(photo.dirt_fraction > DIRTY_FRACTION)
     yield stamp, '/camera_info', 'sensor_msgs/msg/CameraInfo', info
     yield stamp, '/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', image
-
-
-def render_floor_view(arguments: Sequence[str] | None = None) -> int:
-    """``render_floor_view``: write a picture of what the demo robot's camera sees."""
-    parser = argparse.ArgumentParser(prog='render_floor_view', description=render_floor_view.__doc__)
-    parser.add_argument('picture', type=Path, help='picture to write (.png)')
-    parser.add_argument('--time', type=float, default=3.6, help='time of the demo drive [s] (default: %(default)s)')
-    options = parser.parse_args(arguments)
-    scene = DemoScene()
-    photo = scene.photograph(options.time, np.random.default_rng(scene.seed))
-    image = cv2.resize(photo.image, None, fx=_ZOOM, fy=_ZOOM, interpolation=cv2.INTER_NEAREST)
-    try:
-        is_written = cv2.imwrite(str(options.picture), image)
-    except cv2.error:
-        is_written = False
-    if not is_written:
-        print(
-            f'render_floor_view: {options.picture}: cannot be written; '
-            'choose a writable place and a name that ends in .png',
-            file=sys.stderr,
-        )
-        return 1
-    print(f'{options.picture}: the view at {options.time} s of the demo drive')
-    return 0

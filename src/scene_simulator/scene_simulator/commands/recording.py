@@ -12,7 +12,7 @@ from tqdm import tqdm
 from scene_simulator import messages
 from scene_simulator.errors import SceneError
 from scene_simulator.robot.leg_drive import TiltReading
-from scene_simulator.robot.robot_drive import WheelErrors, WheelReading, simulate_wheel_readings
+from scene_simulator.robot.robot_drive import WheelErrors, WheelReading, simulate_odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
 from shirube_core.command import run_command
@@ -24,7 +24,7 @@ START_NS = 1_780_000_000_000_000_000
 Entry = tuple[int, str, str, object]
 """Stamp [ns], topic, message type, message."""
 
-_ODOMETRY_PERIOD = 0.02  # [s]
+_ODOMETRY_PERIOD_NS = 20_000_000
 
 
 def stamp_at(time: float) -> int:
@@ -56,14 +56,22 @@ def write_entries(path: Path, counted: str, *sources: Iterable[Entry]) -> Iterat
 
 
 def odometry_of_drive(pose_at: Callable[[float], SE2], seconds: float, rng: np.random.Generator) -> Iterator[Entry]:
-    """Return wheel odometry with the default errors.
+    """Yield wheel odometry with the default errors.
 
     Args:
         pose_at: gives ``T_map_base`` at a time since the start [s].
         seconds: length of the recording [s].
         rng: source of the wheels' slip.
     """
-    return odometry_entries(simulate_wheel_readings(pose_at, seconds, _ODOMETRY_PERIOD, WheelErrors(), rng))
+    times_ns = range(0, round(seconds * 1e9), _ODOMETRY_PERIOD_NS)
+    true_poses = [pose_at(time_ns / 1e9) for time_ns in times_ns]
+    before = None
+    for time_ns, pose in zip(times_ns, simulate_odometry(true_poses, WheelErrors(), rng), strict=True):
+        motion = (before or pose).inverse() @ pose
+        velocity = (motion.x * 1e9 / _ODOMETRY_PERIOD_NS, motion.yaw * 1e9 / _ODOMETRY_PERIOD_NS)
+        stamp = START_NS + time_ns
+        yield stamp, '/odom', 'nav_msgs/msg/Odometry', messages.odometry(pose, velocity, stamp)
+        before = pose
 
 
 def odometry_entries(readings: Iterable[WheelReading]) -> Iterator[Entry]:

@@ -98,6 +98,12 @@ def simulate_tilt(
     return [TiltReading(time, float(roll), float(pitch)) for time, (roll, pitch) in zip(times, read, strict=True)]
 
 
+def arc_motion(distance: float, yaw: float) -> SE2:
+    """Return the pose after an arc of a length, forward positive [m], and a yaw change [rad], from its start."""
+    chord = distance * float(np.sinc(0.5 * yaw / math.pi))
+    return SE2(chord * math.cos(0.5 * yaw), chord * math.sin(0.5 * yaw), yaw)
+
+
 @dataclass(frozen=True)
 class _Segment:
     """A leg between its corners (curvature 0) or the arc in a corner, driven at most at one speed."""
@@ -109,7 +115,7 @@ class _Segment:
 
     def pose_after(self, distance: float) -> SE2:
         """Return ``T_map_base`` at a distance from the segment's start [m]."""
-        return self.start @ SE2.exp(distance, 0.0, self.curvature * distance)
+        return self.start @ arc_motion(distance, self.curvature * distance)
 
 
 class LegDrive:

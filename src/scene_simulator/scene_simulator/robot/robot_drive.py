@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from scene_simulator.errors import SceneError
-from scene_simulator.robot.leg_drive import Suspension, TiltErrors, TiltReading, simulate_tilt
+from scene_simulator.robot.leg_drive import Suspension, TiltErrors, TiltReading, arc_motion, simulate_tilt
 from shirube_core.geometry import SE2
 
 
@@ -78,7 +78,7 @@ def simulate_odometry(poses: Sequence[SE2], errors: WheelErrors, rng: np.random.
         read = np.floor(ways / errors.tick)
         left, right = (float(way) for way in (read - ticks) * errors.tick)
         ticks = read
-        odometry.append(odometry[-1] @ SE2.exp(0.5 * (left + right), 0.0, (right - left) / errors.separation))
+        odometry.append(odometry[-1] @ arc_motion(0.5 * (left + right), (right - left) / errors.separation))
     return odometry
 
 
