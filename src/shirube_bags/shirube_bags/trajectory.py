@@ -14,13 +14,7 @@ from shirube_bags.stamps import NANOSECONDS
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Poses of one frame in another, sorted by stamp.
-
-    Attributes:
-        stamps_ns: array of int64, shape (n,), strictly increasing [ns].
-        positions: array, shape (n, 3), x, y, z [m].
-        quaternions: array, shape (n, 4), x, y, z, w, normalized.
-    """
+    """Poses by rising stamp, (n,) [ns]: positions, (n, 3) [m], unit quaternions x, y, z, w, (n, 4)."""
 
     stamps_ns: NDArray[np.int64]
     positions: NDArray[np.float64]

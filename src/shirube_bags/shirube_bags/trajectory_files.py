@@ -23,11 +23,7 @@ POSE_TYPES = (
 
 
 def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
-    """Load the poses of one topic, None for the only one with poses, stamped by their headers.
-
-    Raises:
-        BagError: no such topic, an ambiguous choice, another type, or malformed poses.
-    """
+    """Load the poses of a topic, None for the only one, stamped by their headers; raises `BagError`."""
     chosen = select_pose_topic(bag, topic)
     stamps, positions, quaternions = [], [], []
     for message in bag.messages([chosen.name]):

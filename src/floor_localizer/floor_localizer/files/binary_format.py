@@ -61,13 +61,7 @@ TYPES = {
 
 @dataclass(frozen=True)
 class BinaryMap:
-    """Content of the file.
-
-    Attributes:
-        floor: the dots with their index.
-        diameters: shape (N,) float32, diameters in the order of the grid's points [m], NaN if unknown; shape (0,) if
-            all are unknown.
-    """
+    """Dots with their index, and diameters in the order of the grid, (N,) float32 [m] or NaN; (0,) if all unknown."""
 
     floor: IndexedMap
     diameters: Float32s
@@ -91,13 +85,7 @@ def save_binary(path: Path, binary_map: BinaryMap) -> None:
 
 @dataclass(frozen=True)
 class ArrayLocation:
-    """Type, shape and location of an array in the file.
-
-    Attributes:
-        dtype: numpy type.
-        shape: shape of the array.
-        offset: offset of the first byte in the file [bytes].
-    """
+    """Type, shape and offset [bytes] of an array in the file."""
 
     dtype: str
     shape: tuple[int, ...]

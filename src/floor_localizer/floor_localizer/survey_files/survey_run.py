@@ -64,13 +64,7 @@ def build_span_submaps(
 
 @dataclass(frozen=True)
 class SurveyRun:
-    """A finished survey.
-
-    Attributes:
-        result: the map and the states of its images.
-        images: the usable images.
-        faults: one-line messages about images that could not be used.
-    """
+    """A finished survey: its result, the usable images, and one-line messages about those that were not usable."""
 
     result: SurveyResult
     images: PackedImages

@@ -144,13 +144,7 @@ class SurveySource(Protocol):
 
 
 class FolderSource:
-    """Images in a folder.
-
-    Attributes:
-        files: paths of the images.
-        frames: all images.
-        camera: camera that took them.
-    """
+    """Images in a folder, with the poses of a file, and the camera that took them."""
 
     def __init__(self, folder: Path, calibration: Path, odometry: Path) -> None:
         """Read the poses of all images.
@@ -170,13 +164,7 @@ class FolderSource:
 
 
 class BagSource:
-    """The images of a bag, with its odometry and camera_info.
-
-    Attributes:
-        files: files of the bag.
-        frames: all images.
-        camera: camera that took them.
-    """
+    """The images of a bag, with its odometry and camera_info."""
 
     def __init__(self, path: Path, image: str | None, camera_info: str | None, odometry: str | None) -> None:
         """Read all stamps and poses.

@@ -48,13 +48,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class LedGrid:
-    """The paper's panel (3.1): 8 x 8 LEDs, whose outermost reach ``radius`` from the middle along x and y.
-
-    Attributes:
-        radius: half the panel's width [m].
-        led_radius: radius of one LED [m].
-        count: LEDs along a side.
-    """
+    """The paper's panel (3.1): 8 x 8 LEDs whose outermost reach ``radius`` from the middle along x and y [m]."""
 
     radius: float = 0.0325
     led_radius: float = 0.0025

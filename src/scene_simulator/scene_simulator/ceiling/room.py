@@ -184,13 +184,7 @@ def _add(
 
 @dataclass(frozen=True)
 class CeilingRoom:
-    """Ceiling and lights.
-
-    Attributes:
-        lamps: every light, coded or not.
-        surface: the ceiling; none is black.
-        people: those who stand or walk under it.
-    """
+    """The lights, coded or not, the ceiling (none is black), and people under it."""
 
     lamps: tuple[CeilingLamp, ...] = ()
     surface: CeilingSurface | None = None

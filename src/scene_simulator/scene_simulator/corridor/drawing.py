@@ -137,13 +137,7 @@ def draw_screws(drawing: Drawing, low: PlanePoint, high: PlanePoint, radius: flo
 
 @dataclass(frozen=True)
 class WallObject:
-    """Something on a wall or another plane.
-
-    Attributes:
-        name: unique in the corridor.
-        surface: the plane.
-        position: where it is on the plane, right and up [m].
-    """
+    """Something with a unique name on a wall or another plane, at a position right and up on it [m]."""
 
     name: str
     surface: Surface

@@ -71,13 +71,7 @@ class RoundSign(WallObject):
 
 @dataclass(frozen=True)
 class NoticeBoard(WallObject):
-    """A cork board with papers at random.
-
-    Attributes:
-        position: centre on the plane, right and up [m].
-        size: width and height [m].
-        seed: seed of the papers.
-    """
+    """A cork board of a width and height [m] about its position, with papers at random."""
 
     size: tuple[float, float] = (0.8, 0.6)
     seed: int = 0

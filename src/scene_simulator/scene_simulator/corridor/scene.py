@@ -144,13 +144,7 @@ def _distort(x: float, y: float, lens: NDArray[np.float64]) -> tuple[float, floa
 
 @dataclass(frozen=True)
 class Person(WallObject):
-    """A person in the corridor, cut out of an upright plane.
-
-    Attributes:
-        position: point between the feet on the plane, right and up [m].
-        height: [m].
-        greys: reflectances of jacket, trousers and helmet, 0 to 1.
-    """
+    """A person of a height [m] cut out of an upright plane; greys of jacket, trousers and helmet."""
 
     height: float = 1.75
     greys: tuple[float, float, float] = (0.35, 0.2, 0.8)
@@ -184,13 +178,7 @@ class Person(WallObject):
 
 @dataclass(frozen=True)
 class Occluder(WallObject):
-    """A plain board that hides what is behind it.
-
-    Attributes:
-        position: lower left corner on the plane, right and up [m].
-        size: width and height [m].
-        grey: reflectance of the paint, 0 to 1.
-    """
+    """A plain grey board of a width and height [m] that hides what is behind it; placed by its lower left corner."""
 
     size: tuple[float, float]
     grey: float = 0.5

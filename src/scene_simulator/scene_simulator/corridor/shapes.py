@@ -16,13 +16,7 @@ _MIDDLE = (0.0, 0.0, 1.3)  # where the light has its level: in the middle of the
 
 @dataclass(frozen=True)
 class Surface:
-    """A plane with axes to the right and up, seen from its front.
-
-    Attributes:
-        origin: where the axes begin, in the map frame [m].
-        right: unit vector in the map frame.
-        up: unit vector in the map frame, at a right angle to it.
-    """
+    """A plane seen from its front: origin and unit vectors to the right and up, in the map frame [m]."""
 
     origin: Vector
     right: Vector
@@ -131,13 +125,7 @@ class Paint:
 
 @dataclass(frozen=True, eq=False)
 class FlatShape:
-    """A filled outline.
-
-    Attributes:
-        points: shape (n, 3), the outline in the map frame [m].
-        surface: plane of the shape.
-        paint: its look.
-    """
+    """A filled outline, shape (n, 3), in the map frame [m], its plane and its paint."""
 
     points: NDArray[np.float64]
     surface: Surface

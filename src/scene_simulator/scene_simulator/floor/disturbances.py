@@ -196,13 +196,7 @@ class WetSpot:
 
 @dataclass(frozen=True)
 class SpecularReflection:
-    """The image of one of the camera's lamps on a glossy floor: it stays at its place in the picture.
-
-    Attributes:
-        place: right and down from the middle of the image, -1 to 1.
-        radius: standard deviation of the bright spot relative to half the image's width.
-        strength: light in its middle, 1 saturates.
-    """
+    """A lamp's image, fixed in the picture: place right and down, -1 to 1, radius in half widths, strength."""
 
     place: tuple[float, float]
     radius: float = 0.06

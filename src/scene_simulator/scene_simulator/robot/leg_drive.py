@@ -65,13 +65,7 @@ class TiltErrors:
 
 @dataclass(frozen=True)
 class TiltReading:
-    """A reading of the inertial unit.
-
-    Attributes:
-        time: [s].
-        roll: fixed-axis roll of the body [rad].
-        pitch: fixed-axis pitch of the body [rad].
-    """
+    """Fixed-axis roll and pitch of the body [rad] at a time [s]."""
 
     time: float
     roll: float

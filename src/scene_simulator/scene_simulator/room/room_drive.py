@@ -22,13 +22,7 @@ _GREY = 128.0
 
 @dataclass(frozen=True)
 class CameraRig:
-    """An L of rectified cameras.
-
-    Attributes:
-        camera: intrinsics of all three cameras, without distortion.
-        mount: pose of the left camera's optical frame in ``base_link``.
-        baseline: distance from the left camera to each of the others [m].
-    """
+    """An L of rectified cameras: intrinsics of all, mount of the left one, distance of the others from it [m]."""
 
     camera: PinholeCamera
     mount: CameraMount

@@ -75,11 +75,7 @@ def survey_floor(
     store: ArrayStore,
     existing: DotMap | None = None,
 ) -> SurveyResult:
-    """Make a map in this process from submaps in order; other arguments as for `adjust_survey`.
-
-    Raises:
-        FloorLocalizerError: the images do not overlap.
-    """
+    """Make a map in this process from submaps in order; arguments and errors as for `adjust_survey`."""
     checkpoint = NoCheckpoint()
     connected = connect_images(images, submaps, settings, store, existing, checkpoint)
     return adjust_survey(images, connected, outline, position, settings, store, existing, InProcessRunner(), checkpoint)
@@ -170,13 +166,7 @@ def estimate_priors(states: Floats, position: Floats, settings: SurveySettings) 
 
 @dataclass(frozen=True)
 class KnownLength:
-    """A measured distance.
-
-    Attributes:
-        first: position of a dot on the map before scaling, shape (2,) [m].
-        second: position of the other dot, shape (2,) [m].
-        length: measured distance between their centres [m].
-    """
+    """A measured distance [m], and the positions of both dots on the map before scaling, (2,) [m]."""
 
     first: Floats
     second: Floats

@@ -31,13 +31,7 @@ _TILE = 60
 
 @dataclass(frozen=True)
 class NormalEquations:
-    """Normal equations of some images, with six unknowns each.
-
-    Attributes:
-        images: indices of the images, ascending, shape (k,).
-        normal: symmetric normal matrix, shape (6 k, 6 k).
-        gradient: gradient, shape (6 k,).
-    """
+    """Normal equations of images, ascending, (k,): symmetric matrix, (6 k, 6 k), and gradient, (6 k,)."""
 
     images: Ints
     normal: Floats

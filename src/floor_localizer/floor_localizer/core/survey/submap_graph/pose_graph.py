@@ -124,13 +124,7 @@ def component_labels(count: int, edges: Sequence[PoseGraphEdge]) -> Ints:
 
 
 class SubmapPoses:
-    """Similarities a z + b of the submaps in the map frame.
-
-    Attributes:
-        rotations: complex rotation and scale a of each submap.
-        translations: complex translation b of each submap [m].
-        edges: edges between the submaps.
-    """
+    """Similarities a z + b of the submaps in the map frame (``rotations``, ``translations`` [m]), and their edges."""
 
     def __init__(self) -> None:
         """Begin without a submap."""
