@@ -42,9 +42,9 @@ def test_render_stereo_pair_writes_pictures_calibration_and_truth(tmp_path: Path
 @pytest.mark.parametrize(
     ('main', 'arguments', 'complaint'),
     [
-        (generate_floor, '{file}/floor.csv --count 10', 'cannot be written'),
+        (generate_floor, '{file}/floor.csv --count 10', 'choose a writable place'),
         (generate_floor, '{tmp}/floor.csv --size 0.01 0.01', 'do not fit'),
-        (render_stereo_pair, '{file}/pair', 'cannot be written'),
+        (render_stereo_pair, '{file}/pair', 'choose a writable place'),
         (render_stereo_pair, '{tmp}/pair --seed -1', 'seed'),
         (render_stereo_pair, '{tmp}/pair --people -1', 'people'),
     ],

@@ -145,11 +145,6 @@ class Checkpoint:
             for k in range(int(content['number']))
         ]
 
-    def count_submaps(self, span: int) -> int:
-        """Return the number of saved submaps of a span of images."""
-        content = self._load(f'submaps_{span:05d}.npz', 'number')
-        return 0 if content is None else int(content['number'])
-
     def save_submaps(self, span: int, submaps: Sequence[Submap]) -> None:
         """Save the submaps of a span of images; raises `OSError`."""
         arrays: dict[str, object] = {'number': len(submaps)}
@@ -160,10 +155,10 @@ class Checkpoint:
             }  # fmt: skip
         self._save(f'submaps_{span:05d}.npz', **arrays)
 
-    def _load(self, name: str, *wanted: str) -> dict[str, NDArray[Any]] | None:
+    def _load(self, name: str) -> dict[str, NDArray[Any]] | None:
         try:
             with np.load(self._folder / name, allow_pickle=False) as content:
-                return {key: content[key] for key in wanted or content} or None
+                return {key: content[key] for key in content} or None
         except _CORRUPTED:
             return None  # not finished, or corrupted: computed again
 

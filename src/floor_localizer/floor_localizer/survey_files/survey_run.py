@@ -153,12 +153,8 @@ def build_all_submaps(
 
 def _iterate_submaps(checkpoint: Checkpoint, spans: int) -> Iterator[Submap]:
     """Yield all submaps with a progress bar."""
-    total = sum(checkpoint.count_submaps(span) for span in range(spans))
-    with tqdm(total=total, desc='pose graph', disable=None) as bar:
-        for span in range(spans):
-            for submap in checkpoint.load_submaps(span) or ():
-                yield submap
-                bar.update()
+    for span in tqdm(range(spans), desc='pose graph', disable=None):
+        yield from checkpoint.load_submaps(span) or ()
 
 
 def _detect_dots(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner) -> int:

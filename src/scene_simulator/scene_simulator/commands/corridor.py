@@ -1,7 +1,6 @@
 """Commands of the corridor: record a drive with a stereo rig as a bag with ground truth, write what the rig sees."""
 
 import argparse
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -29,6 +28,7 @@ from scene_simulator.corridor.stereo_drive import (
 )
 from scene_simulator.corridor.stereo_rig import StereoRig, raw_rig, render_pair
 from scene_simulator.errors import SceneError
+from shirube_core.command import run_command
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2
 from shirube_ros.camera.files import calibration_text
@@ -91,20 +91,13 @@ def render_stereo_pair(arguments: Sequence[str] | None = None) -> int:
     write; ``points.csv`` holds the true map position of each point that can be taught.
     """
     options = _pair_parser().parse_args(arguments)
-    try:
+
+    def work() -> None:
         design = CorridorDesign(options.seed, people=options.people)
         _write_pair(options.folder, design, raw_rig() if options.raw else StereoRig(), SE2(*options.pose))
-    except SceneError as error:
-        print(f'render_stereo_pair: {error}', file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(
-            f'render_stereo_pair: {options.folder}: cannot be written ({error.strerror}); choose a writable place',
-            file=sys.stderr,
-        )
-        return 1
-    print(f'{options.folder}: a pair of pictures from {options.pose}')
-    return 0
+        print(f'{options.folder}: a pair of pictures from {options.pose}')
+
+    return run_command('render_stereo_pair', work, (SceneError,), options.folder)
 
 
 def _write_pair(folder: Path, design: CorridorDesign, rig: StereoRig, T_map_base: SE2) -> None:

@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +21,7 @@ from scene_simulator.commands.recording import (
 from scene_simulator.errors import SceneError
 from scene_simulator.floor.demo_scene import DEMO_FLOOR_SEED, DemoScene
 from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, SURVEY_ERROR, generate_dot_floor, survey_floor
+from shirube_core.command import run_command
 from shirube_core.files import atomic_write
 
 CAMERA_FRAME = 'belly_camera_optical_frame'
@@ -36,16 +36,13 @@ def generate_floor(arguments: Sequence[str] | None = None) -> int:
     """``generate_floor``: lay a floor of random chips and write its dot map; by default the demo's floor."""
     options = _floor_parser().parse_args(arguments)
     design = replace(DARK_ON_LIGHT, size=tuple(options.size), count=options.count)
-    try:
-        floor = generate_dot_floor(design, options.seed)
-        dots = survey_floor(floor, SURVEY_ERROR, options.seed + 1)
+
+    def work() -> None:
+        dots = survey_floor(generate_dot_floor(design, options.seed), SURVEY_ERROR, options.seed + 1)
         write_dot_map(dots, options.map)
-    except SceneError as error:
-        print(f'generate_floor: {error}', file=sys.stderr)
-        return 1
-    width, length = design.size
-    print(f'{options.map}: {len(dots)} dots on {width} x {length} m')
-    return 0
+        print(f'{options.map}: {len(dots)} dots on {design.size[0]} x {design.size[1]} m')
+
+    return run_command('generate_floor', work, (SceneError,), options.map)
 
 
 def _floor_parser() -> argparse.ArgumentParser:
@@ -67,13 +64,10 @@ def _floor_parser() -> argparse.ArgumentParser:
 def write_dot_map(dots: NDArray[np.float64], path: Path) -> None:
     """Write a dot map, shape (n, 3), as CSV with the header ``x,y,diameter``, complete or not at all.
 
-    Numbers are written to the micrometre; an existing file is replaced. A SceneError if it cannot be written.
+    Numbers are written to the micrometre; an existing file is replaced; raises `OSError`.
     """
-    try:
-        with atomic_write(path) as file:
-            np.savetxt(file, dots, fmt='%.6f', delimiter=',', header='x,y,diameter', comments='')
-    except OSError as error:
-        raise SceneError(f'{path}: cannot be written ({error.strerror}); choose a writable place') from error
+    with atomic_write(path) as file:
+        np.savetxt(file, dots, fmt='%.6f', delimiter=',', header='x,y,diameter', comments='')
 
 
 def record_floor_bag(arguments: Sequence[str] | None = None) -> int:

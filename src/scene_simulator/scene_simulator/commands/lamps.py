@@ -107,13 +107,10 @@ def _load(path: Path) -> Waveform:
 def write_beacons(lamps: Sequence[tuple[int, tuple[float, float, float]]], radius: float, path: Path) -> None:
     """Write the lamps, ID and place [m] of each, and their radius [m] as the beacons file that vlc_beacon takes.
 
-    An existing file is replaced. A SceneError if it cannot be written.
+    An existing file is replaced; raises `OSError`.
     """
     rows = [f'  - {{id: {beacon}, xyz: [{x}, {y}, {z}], radius: {radius}}}\n' for beacon, (x, y, z) in lamps]
-    try:
-        write_text(path, ''.join(['beacons:\n', *rows]))
-    except OSError as error:
-        raise SceneError(f'{path}: cannot be written ({error.strerror}); choose a writable place') from error
+    write_text(path, ''.join(['beacons:\n', *rows]))
 
 
 def record_lamp_drive(drive: LampDrive, path: Path, seconds: float) -> Iterator[int]:
