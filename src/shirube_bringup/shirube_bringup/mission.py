@@ -150,18 +150,13 @@ class Mission:
             is_fresh = status_time >= 1e-3 * (self.steps.now - stationary_ms) + _STATIONARY_TIME
             return status == _REACHED and status_time > 1e-3 * start + 0.5 and is_fresh
 
-        seconds = _GOAL_TIME_AMONG_PEOPLE if self.steps.people else _GOAL_TIME
-        reached = self._step_until(is_goal_done, seconds)
+        timeout = _GOAL_TIME_AMONG_PEOPLE if self.steps.people else _GOAL_TIME
+        reached = self._step_until(is_goal_done, timeout)
         truth = self.controller.T_world_base
         fused = self.subscribers.fused[-1]
         then = self.controller.pose_at(fused.time)
-        return GoalRecord(
-            reached,
-            1e-3 * (self.steps.now - start),
-            truth.distance_to(goal),
-            abs(truth.yaw_to(goal)),
-            fused.pose.distance_to(then),
-        )
+        seconds, fused_error = 1e-3 * (self.steps.now - start), fused.pose.distance_to(then)
+        return GoalRecord(reached, seconds, truth.distance_to(goal), abs(truth.yaw_to(goal)), fused_error)
 
     def _step_until(self, is_done: Callable[[], bool], seconds: float) -> bool:
         """Step until a condition is true; return False after a timeout [s]."""

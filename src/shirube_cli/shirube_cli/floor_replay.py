@@ -135,17 +135,12 @@ class _LiveLocalizer:
         poses = [self._poses[stamp][1] for stamp in stamps]
         published = {stamp: time for stamp, (time, _) in self._poses.items()}
         times = [*self._images.values(), *published.values()]
-        return FloorReplay(
-            make_trajectory(
-                stamps,
-                [(p.position.x, p.position.y, p.position.z) for p in poses],
-                [(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w) for p in poses],
-            ),
-            len(self._images),
-            np.array([published[k] - self._images[k] for k in stamps if k in self._images]) / NANOSECONDS,
-            (max(times) - min(times)) / NANOSECONDS,
-            self._reasons,
-        )
+        positions = [(p.position.x, p.position.y, p.position.z) for p in poses]
+        quaternions = [(p.orientation.x, p.orientation.y, p.orientation.z, p.orientation.w) for p in poses]
+        trajectory = make_trajectory(stamps, positions, quaternions)
+        latencies = np.array([published[k] - self._images[k] for k in stamps if k in self._images]) / NANOSECONDS
+        duration = (max(times) - min(times)) / NANOSECONDS
+        return FloorReplay(trajectory, len(self._images), latencies, duration, self._reasons)
 
 
 def _stamp(header: Header) -> int:

@@ -103,16 +103,9 @@ def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
     figure = Figure(figsize=(width + 1.6, height + 1.0), layout='constrained')
     axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=f'{len(points)} dots')
     area = float(np.clip(3e5 * np.prod(size / size.max()) / len(points) / 20.0, 0.3, 12.0))
-    shades = axes.scatter(
-        points[:, 0],
-        points[:, 1],
-        c=np.minimum(result.counts, _MAX_COUNT),
-        s=area,
-        cmap='viridis',
-        vmin=0,
-        vmax=_MAX_COUNT,
-        linewidths=0,
-    )
+    counts = np.minimum(result.counts, _MAX_COUNT)
+    x, y = points.T
+    shades = axes.scatter(x, y, area, counts, cmap='viridis', vmin=0, vmax=_MAX_COUNT, linewidths=0)
     axes.plot(*result.states[:, :2].T, '-', color='tab:red', linewidth=0.6, alpha=0.7, label='path of the robot base')
     figure.colorbar(shades, ax=axes, label=f'observations per dot ({_MAX_COUNT} or more: yellow)', shrink=0.7)
     figure.legend(loc='outside lower center')

@@ -28,13 +28,8 @@ def make_parser() -> argparse.ArgumentParser:
         description='Convert dot maps of any size to the indexed binary format, which opens at once. An interrupted '
         'build is resumed by running the same command again.',
     )
-    parser.add_argument(
-        'maps',
-        type=Path,
-        nargs='+',
-        metavar='MAP.csv',
-        help='dot map; several are the levels (floors) of one map, named after the files',
-    )
+    about = 'dot map; several are the levels (floors) of one map, named after the files'
+    parser.add_argument('maps', type=Path, nargs='+', metavar='MAP.csv', help=about)
     parser.add_argument('--out', type=Path, required=True, metavar='OUT.dotmap', help='file to write')
     add_worker_options(parser)
     return parser

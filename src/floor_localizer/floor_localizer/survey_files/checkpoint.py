@@ -134,16 +134,11 @@ class Checkpoint:
         content = self._load(f'submaps_{span:05d}.npz')
         if content is None:
             return None
-        return [
-            Submap(
-                content[f'{k}_images'],
-                content[f'{k}_states'],
-                content[f'{k}_dots'],
-                content[f'{k}_counts'],
-                bool(content[f'{k}_linked']),
-            )
-            for k in range(int(content['number']))
-        ]
+        submaps = []
+        for k in range(int(content['number'])):
+            images, states, dots, counts = (content[f'{k}_{name}'] for name in ('images', 'states', 'dots', 'counts'))
+            submaps.append(Submap(images, states, dots, counts, bool(content[f'{k}_linked'])))
+        return submaps
 
     def save_submaps(self, span: int, submaps: Sequence[Submap]) -> None:
         """Save the submaps of a span of images; raises `OSError`."""

@@ -8,15 +8,7 @@ import cv2
 import numpy as np
 
 from scene_simulator import messages
-from scene_simulator.commands.recording import (
-    Entry,
-    bag_parser,
-    imu_entries,
-    odometry_entries,
-    run_recording,
-    stamp_at,
-    write_entries,
-)
+from scene_simulator.commands.recording import Entry, bag_parser, run_recording, stamp_at, write_drive
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.stereo_drive import (
     RUNS,
@@ -62,12 +54,10 @@ def record_stereo_drive(drive: StereoDrive, path: Path, seconds: float) -> Itera
         BagError: the bag cannot be written.
         SceneError: the length is not positive.
     """
-    drive.frame_count(seconds)  # refuses a bad length
     name = 'image_rect' if drive.rig.is_rectified else 'image_raw'
+    drive.frame_count(seconds)  # refuses a bad length
     images = (entry for frame in drive.frames(seconds) for entry in _frame_entries(drive, frame, name))
-    odometry = odometry_entries(drive.odometry(seconds))
-    tilt = imu_entries(drive.tilt_readings(seconds))
-    return write_entries(path, f'/right/{name}/compressed', odometry, tilt, images)
+    return write_drive(path, drive, seconds, f'/right/{name}/compressed', images)
 
 
 def _frame_entries(drive: StereoDrive, frame: StereoFrame, name: str) -> Iterator[Entry]:
@@ -118,13 +108,8 @@ def _pair_parser() -> argparse.ArgumentParser:
     parser.add_argument('folder', type=Path, help='output folder; existing files are overwritten')
     parser.add_argument('--seed', type=int, default=0, help='seed of the corridor (default: %(default)s)')
     parser.add_argument('--people', type=int, default=0, help='people in the corridor (default: %(default)s)')
-    parser.add_argument(
-        '--pose',
-        type=float,
-        nargs=3,
-        metavar=('X', 'Y', 'YAW'),
-        default=[TAUGHT_POSE.x, TAUGHT_POSE.y, TAUGHT_POSE.yaw],
-        help='pose of the robot in the map, whose plane x = 0 is the end wall [m, rad] (default: %(default)s)',
-    )
+    pose, names = [TAUGHT_POSE.x, TAUGHT_POSE.y, TAUGHT_POSE.yaw], ('X', 'Y', 'YAW')
+    about = 'pose of the robot in the map, whose plane x = 0 is the end wall [m, rad] (default: %(default)s)'
+    parser.add_argument('--pose', type=float, nargs=3, metavar=names, default=pose, help=about)
     parser.add_argument('--raw', action='store_true', help='raw (distorted) images instead of rectified ones')
     return parser

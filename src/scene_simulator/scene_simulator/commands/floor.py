@@ -48,14 +48,8 @@ def generate_floor(arguments: Sequence[str] | None = None) -> int:
 def _floor_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='generate_floor', description=generate_floor.__doc__)
     parser.add_argument('map', type=Path, help='CSV file to write: x,y,diameter in metres')
-    parser.add_argument(
-        '--size',
-        type=float,
-        nargs=2,
-        metavar=('X', 'Y'),
-        default=DARK_ON_LIGHT.size,
-        help='extent of the floor [m] (default: %(default)s)',
-    )
+    size, about = DARK_ON_LIGHT.size, 'extent of the floor [m] (default: %(default)s)'
+    parser.add_argument('--size', type=float, nargs=2, metavar=('X', 'Y'), default=size, help=about)
     parser.add_argument('--count', type=int, default=DARK_ON_LIGHT.count, help='number of chips (default: %(default)s)')
     parser.add_argument('--seed', type=int, default=DEMO_FLOOR_SEED, help='seed of the floor (default: %(default)s)')
     return parser

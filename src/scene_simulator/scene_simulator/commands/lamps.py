@@ -12,15 +12,7 @@ from scene_simulator import messages
 from scene_simulator.ceiling.camera import CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LedGrid
 from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, LampFrame, paper_run
-from scene_simulator.commands.recording import (
-    Entry,
-    bag_parser,
-    imu_entries,
-    odometry_entries,
-    run_recording,
-    stamp_at,
-    write_entries,
-)
+from scene_simulator.commands.recording import Entry, bag_parser, run_recording, stamp_at, write_drive
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from shirube_core.files import write_text
@@ -49,19 +41,12 @@ def record_lamp_bag(arguments: Sequence[str] | None = None) -> int:
     What the lamps send comes from waveform files, such as ``vlc_beacon encode --csv`` writes.
     """
     parser = bag_parser('record_lamp_bag', record_lamp_bag.__doc__, 39.0, 0, 'the room, noise and errors')
-    parser.add_argument(
-        'lamp',
-        nargs='+',
-        metavar='ID=FILE.csv',
-        help='ID and waveform of each lamp: at (0, 0), (0, 1.8), (1.8, 0) and (1.8, 1.8) m; '
-        'the last one is A, the one before B',
+    about = (
+        'ID and waveform of each lamp: at (0, 0), (0, 1.8), (1.8, 0) and (1.8, 1.8) m; the last one is A, before it B'
     )
-    parser.add_argument(
-        '--shutter',
-        default='global',
-        choices=('global', 'rolling'),
-        help='camera shutter; rolling: disc lamps, 30 Hz, full resolution (default: %(default)s)',
-    )
+    parser.add_argument('lamp', nargs='+', metavar='ID=FILE.csv', help=about)
+    about = 'camera shutter; rolling: disc lamps, 30 Hz, full resolution (default: %(default)s)'
+    parser.add_argument('--shutter', default='global', choices=('global', 'rolling'), help=about)
     options = parser.parse_args(arguments)
 
     def record() -> tuple[Iterator[int], int, str]:
@@ -122,9 +107,7 @@ def record_lamp_drive(drive: LampDrive, path: Path, seconds: float) -> Iterator[
     """
     drive.frame_count(seconds)  # refuses a bad length
     images = (entry for frame in drive.frames(seconds) for entry in _image_entries(drive, frame))
-    odometry = odometry_entries(drive.odometry(seconds))
-    tilt = imu_entries(drive.tilt_readings(seconds))
-    return write_entries(path, '/image_raw/compressed', odometry, tilt, images)
+    return write_drive(path, drive, seconds, '/image_raw/compressed', images)
 
 
 def _image_entries(drive: LampDrive, frame: LampFrame) -> Iterator[Entry]:

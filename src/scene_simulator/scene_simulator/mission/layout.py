@@ -46,7 +46,7 @@ PASSAGE = 0.25
 """Minimum clearance between the robot and obstacles on the path to the goals [m]."""
 
 _CLEARANCE = 0.6  # clearance around start and goals [m]: room to turn
-_CELL = 0.05
+CELL = 0.05  # side of the cells of `free_distances` [m]
 _TRIES = 100
 
 
@@ -112,18 +112,16 @@ def mission_obstacles(seed: int, layout: MissionLayout) -> FurnishedRoom:
 
 def is_connected(room: FurnishedRoom, stops: list[tuple[float, float]]) -> bool:
     """Return whether the robot can drive from each of some places [m] to all others."""
-    components = _connected_components(room)
-    found = {int(components[math.floor(y / _CELL), math.floor(x / _CELL)]) for x, y in stops}
+    components, _ = label(free_distances(room, ROBOT_HEIGHT) > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
+    found = {int(components[math.floor(y / CELL), math.floor(x / CELL)]) for x, y in stops}
     return len(found) == 1 and 0 not in found
 
 
-def _connected_components(room: FurnishedRoom) -> NDArray[np.int32]:
-    """Return the number of the connected part of each cell, 0 for cells that are too near to something."""
-    shape = round(ROOM[4] / _CELL), round(ROOM[3] / _CELL)
-    solid = np.pad(room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, ROBOT_HEIGHT)), 1, constant_values=True)
-    distance = _CELL * distance_transform_edt(~solid)[1:-1, 1:-1]
-    components, _ = label(distance > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
-    return np.asarray(components, dtype=np.int32)
+def free_distances(room: FurnishedRoom, height: float) -> NDArray[np.float64]:
+    """Return how far each cell of a grid is from what is in the room up to a height, shape (rows, columns) [m]."""
+    shape = round(ROOM[4] / CELL), round(ROOM[3] / CELL)
+    solid = np.pad(room.boxes.solid_cells((0.0, 0.0), CELL, shape, (0.0, height)), 1, constant_values=True)
+    return np.asarray(CELL * distance_transform_edt(~solid)[1:-1, 1:-1])
 
 
 DESIGN = FloorDesign(size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), min_distance=0.0035)

@@ -27,19 +27,10 @@ STEP_BITS = np.uint64(3)
 _STEP_MASK = np.uint64(STEPS_PER_CELL - 1)
 _CELL_SIDE_MIN, _CELL_SIDE_MAX = 0.03, 0.3
 
-COORDINATE_HASHES = np.array(
-    [
-        0x9E3779B97F4A7C15,
-        0xBF58476D1CE4E5B9,
-        0x94D049BB133111EB,
-        0xD6E8FEB86659FD93,
-        0xC2B2AE3D27D4EB4F,
-        0xFF51AFD7ED558CCD,
-        0xC4CEB9FE1A85EC53,
-        0x8EBC6AF09C88C6E3,
-    ],
-    dtype=np.uint64,
-)
+COORDINATE_HASHES = np.array([
+    0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB, 0xD6E8FEB86659FD93,
+    0xC2B2AE3D27D4EB4F, 0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x8EBC6AF09C88C6E3,
+], dtype=np.uint64)  # fmt: skip
 """Hash increments from a cell to the next one along each coordinate: odd pseudorandom numbers."""
 
 

@@ -43,14 +43,9 @@ def survey_image(
     points = mount.floor_points_from_rays(rays)
     below = np.isfinite(points).all(axis=1)
     metres_per_pixel = mount.xyz[2] / float(np.sqrt(camera.fx * camera.fy))
-    return SurveyImage(
-        name,
-        T_odom_base,
-        np.ascontiguousarray(rays[below] @ mount.rotation.T),
-        np.ascontiguousarray(points[below]),
-        metres_per_pixel * dots.sigmas[below],
-        metres_per_pixel * dots.diameters[below],
-    )
+    directions = np.ascontiguousarray(rays[below] @ mount.rotation.T)
+    sigmas, diameters = (metres_per_pixel * pixels[below] for pixels in (dots.sigmas, dots.diameters))
+    return SurveyImage(name, T_odom_base, directions, np.ascontiguousarray(points[below]), sigmas, diameters)
 
 
 @dataclass(frozen=True)
