@@ -29,9 +29,7 @@ from vlc_beacon.core.transmitter.lamp_program import RS_FSK_NAME, EncodingSettin
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 from vlc_beacon.files.authorization_files import CounterFile
 
-CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
-"""Speed limits of the robot, at start and after the first command [m/s]."""
-
+CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22  # speed limits of the robot, at start and after the first command [m/s]
 _MESSAGES = {SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'], FAST_LAMP: ['id', f'speed_up:{CRUISE_SPEED}']}
 _COUNTER = 1
 PLACES = {

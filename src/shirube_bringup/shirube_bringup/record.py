@@ -15,8 +15,7 @@ from scene_simulator.room.box_room import Box
 from shirube_core.geometry import SE2
 
 Array = NDArray[np.float64]
-StampedNumbers = tuple[float, float, float, float]
-"""Time [s], x [m], y [m], yaw [rad]."""
+StampedNumbers = tuple[float, float, float, float]  # time [s], x [m], y [m], yaw [rad]
 
 TRUE_ERROR_MAX, FUSED_ERROR_MAX = 0.03, 0.02
 """Limits of the distance of the robot from its goal, and of the fused pose error at a goal [m]."""

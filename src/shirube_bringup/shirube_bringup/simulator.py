@@ -88,9 +88,7 @@ class Interventions:
             self.people.append(Pedestrian((x, y), end, 0.0 if what == 'obstacle' else _SPEED))
 
 
-STEP_MS = 20
-"""Time step of the simulation [ms]."""
-
+STEP_MS = 20  # time step of the simulation [ms]
 SUBSCRIBERS = {
     'floor': ('/floor_localizer',),
     'ceiling': ('/vlc_beacon',),

@@ -32,9 +32,7 @@ from shirube_ros.camera.image import image_from_array
 from shirube_ros.message_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, pose_profile
 
-START_SECONDS = 1000
-"""ROS time at mission time 0 [s]; not 0, which means that simulated time has not started."""
-
+START_SECONDS = 1000  # ROS time at mission time 0 [s]; not 0, which means that simulated time has not started
 _STEREO = STEREO_RIG.left.intrinsics
 _CAMERAS = {
     'floor': (('/floor/image_raw', BELLY_CAMERA.intrinsics, 0.0),),

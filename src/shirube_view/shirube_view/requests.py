@@ -10,8 +10,7 @@ from shirube_core.geometry import SE2
 from shirube_view.bag_process import BagProcess
 from shirube_view.view_node import SERVICES, ViewNode
 
-COORDINATE_MAX = 1e4
-"""Largest coordinate of a goal [m]."""
+COORDINATE_MAX = 1e4  # largest coordinate of a goal [m]
 SIMULATION = ('cover', 'lamps', 'kidnap', 'obstacle', 'walker', 'clear')
 
 

@@ -34,8 +34,7 @@ SERVICES = {
 _INITIAL_COVARIANCE = ((0.09, 0.0, 0.0), (0.0, 0.09, 0.0), (0.0, 0.0, 0.07))
 """Of an initial pose set by hand: 0.3 m and 15 degrees [m^2, rad^2]."""
 
-Answer = Callable[[str, bool], None]
-"""Takes the result of a service in words, and whether it succeeded."""
+Answer = Callable[[str, bool], None]  # takes the result of a service in words, and whether it succeeded
 
 
 class ViewNode(Node):

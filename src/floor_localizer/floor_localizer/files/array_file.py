@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.errors import DotMapError, FloorLocalizerError
 from shirube_core.files import atomic_write, write_text
 
-DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Errors of the system when the disk is full."""
+DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # errors of the system when the disk is full
 
 
 def write_array(file: IO[bytes], array: NDArray[Any]) -> None:

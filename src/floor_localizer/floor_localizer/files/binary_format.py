@@ -37,8 +37,7 @@ MAGIC = b'\x89DOTMAP\n'
 VERSION = 3
 _PREFIX = struct.Struct('<8sIII')
 _ALIGNMENT = 64
-HEADER_SIZE = 1 << 16
-"""Size of prefix and header, the offset of the first array [bytes]."""
+HEADER_SIZE = 1 << 16  # size of prefix and header, the offset of the first array [bytes]
 _REMEDY = 'write it again from its CSV with "inspect_map MAP.csv --write MAP.dotmap"'
 # The index must have been built with the parameters of the search, otherwise nothing would be found.
 _RULES = {

@@ -45,8 +45,7 @@ def code_version() -> str:
     return f'sources {digest.hexdigest()[:16]}, {libraries}'
 
 
-Detection = DetectedDots | str
-"""The dots of an image, or why it cannot be used."""
+Detection = DetectedDots | str  # the dots of an image, or why it cannot be used
 
 
 class Checkpoint:

@@ -92,9 +92,7 @@ PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5
 """Places of the paper's panels (3.1) in the map frame [m]."""
 
 _STEPS = 64  # steps in which a period of the mains' flicker is played
-LAMP_A, LAMP_B = 3, 2
-"""Indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)."""
-
+LAMP_A, LAMP_B = 3, 2  # indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)
 _OFFSET = 0.05  # lateral distance between the legs and the lamps [m]
 _CORNER_RADIUS = 0.3
 

@@ -60,8 +60,7 @@ class Blooming:
         return np.asarray(glow + (1.0 - np.array(glow)) * edge).reshape(flat.shape)
 
 
-SHARP = Blooming(slope=_MAX_SLOPE, spread=0.0, glow=0.0)
-"""A lens without blooming."""
+SHARP = Blooming(slope=_MAX_SLOPE, spread=0.0, glow=0.0)  # a lens without blooming
 
 
 @njit(cache=True)

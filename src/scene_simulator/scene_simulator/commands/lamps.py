@@ -25,8 +25,7 @@ GLOBAL = CeilingCamera(PinholeCamera(640, 512, 318.2, 318.2, 319.5, 255.5))
 ROLLING = CeilingCamera(shutter=Shutter(exposure=60e-6, row_time=18.9e-6))
 """A telephone's shutter behind the paper's optics at full resolution: a lamp must cover 16 rows."""
 
-REST = 5.0
-"""Two IDs and two commands of lamp A have then been played when the robot begins to turn there [s]."""
+REST = 5.0  # two IDs and two commands of lamp A have then been played when the robot begins to turn there [s]
 
 CLOCK_RATIO, JITTER = 1.00005, 5e-5
 """Clock rate of the camera relative to the lamps (50 ppm); the jitter of the stamps [s]."""

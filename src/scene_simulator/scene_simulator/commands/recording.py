@@ -18,12 +18,8 @@ from shirube_bags.errors import BagError
 from shirube_core.command import run_command
 from shirube_core.geometry import SE2
 
-START_NS = 1_780_000_000_000_000_000
-"""Stamp of the first message [ns since the epoch]."""
-
-Entry = tuple[int, str, str, object]
-"""Stamp [ns], topic, message type, message."""
-
+START_NS = 1_780_000_000_000_000_000  # stamp of the first message [ns since the epoch]
+Entry = tuple[int, str, str, object]  # stamp [ns], topic, message type, message
 _ODOMETRY_PERIOD_NS = 20_000_000
 
 

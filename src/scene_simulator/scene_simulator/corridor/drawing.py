@@ -18,8 +18,7 @@ from scene_simulator.corridor.shapes import (
     rectangle_corners,
 )
 
-ADVANCE = 0.85
-"""Distance from one letter to the next, the height is 1."""
+ADVANCE = 0.85  # distance from one letter to the next, the height is 1
 
 # Strokes, separated by blanks, through grid points: 0 to 2 to the right and 0 to 4 up.
 _GLYPHS = {

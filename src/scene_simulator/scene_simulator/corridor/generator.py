@@ -12,9 +12,7 @@ from scene_simulator.corridor.shapes import Surface, facing_wall
 from scene_simulator.corridor.walls import CorridorShell
 from scene_simulator.errors import SceneError, check_seed
 
-METERS = 5
-"""As in the paper's experiment (5)."""
-
+METERS = 5  # as in the paper's experiment (5)
 _TEXTS = (
     ('EXIT',),
     ('DANGER', 'HIGH VOLTAGE'),

@@ -16,9 +16,7 @@ from scene_simulator.corridor.drawing import WallObject
 from scene_simulator.corridor.shapes import CorridorLight, FlatShape, Landmark, Paint, ShapeTable, Surface, shape_table
 from scene_simulator.errors import SceneError
 
-NEAR = 0.05
-"""Near clipping distance [m]."""
-
+NEAR = 0.05  # near clipping distance [m]
 _MAX_CHORD = 6.0  # longest chord of an outline behind a distorting lens [px]: it is off by 0.002 px
 
 

@@ -24,12 +24,10 @@ STIFF_SUSPENSION = Suspension(heave=0.0005, tilt=math.radians(0.2))
 """Suspension that hardly moves: a mast with cameras on a slow robot."""
 
 _IMAGE_NOISE = 0
-TAUGHT_POSE = SE2(-3.0, 0.0, 0.0)
-"""Taught pose ``T_map_place``."""
+TAUGHT_POSE = SE2(-3.0, 0.0, 0.0)  # taught pose ``T_map_place``
 
 _RUN_UP, _SPEED, _REST = 1.0, 0.5, 0.5  # distance to the goal [m], speed [m/s], pause before the start [s]
-SECONDS = 5.0
-"""Duration of a drive; the robot is stationary at its goal for the last second [s]."""
+SECONDS = 5.0  # duration of a drive; the robot is stationary at its goal for the last second [s]
 
 
 @dataclass(frozen=True)

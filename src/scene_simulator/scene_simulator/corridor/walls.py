@@ -8,9 +8,7 @@ from scene_simulator.corridor.drawing import Drawing
 from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, Surface, facing_wall
 from scene_simulator.room.box_room import Box
 
-LENGTH = 12.0
-"""Length of the corridor from the end wall at x = 0 [m]."""
-
+LENGTH = 12.0  # length of the corridor from the end wall at x = 0 [m]
 _BEYOND = 0.5  # how far floor, ceiling and side walls go on behind the walls that end them, so that no seam is seen [m]
 _JOINT = 0.005  # joint width between tiles [m]
 _PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07  # standard deviations of the textures

@@ -91,8 +91,7 @@ class CameraPose:
         return np.asarray((np.asarray(points, dtype=np.float64) - self.position) @ self.rotation)
 
 
-PoseAt = Callable[[float], CameraPose]
-"""Gives the camera's pose at a time [s]."""
+PoseAt = Callable[[float], CameraPose]  # gives the camera's pose at a time [s]
 
 
 def camera_pose(T_map_base: SE2, mount: CameraMount) -> CameraPose:

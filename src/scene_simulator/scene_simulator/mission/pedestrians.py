@@ -86,10 +86,8 @@ def _upright(pose: SE2, radius: float, low: float, high: float) -> Solids:
     return Solids(((pose.x, pose.y, low, pose.x, pose.y, high, radius),))
 
 
-RADIUS, HEIGHT = 0.22, 1.75
-"""Radius and height of an upright person [m]."""
-Place = tuple[float, float]
-"""x, y in the map frame [m]."""
+RADIUS, HEIGHT = 0.22, 1.75  # radius and height of an upright person [m]
+Place = tuple[float, float]  # x, y in the map frame [m]
 _CLEARANCE = 0.35  # clearance of a way from furniture and walls, from the person's middle [m]
 _LENGTH_MIN, _SPEEDS = 2.5, (0.5, 1.3)  # least length of a way [m], range of the walking speeds [m/s]
 _PERSONAL_SPACE, _AHEAD = 0.85, math.radians(70.0)

@@ -33,13 +33,9 @@ from scene_simulator.room.furniture import FurnishedRoom
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import Waveform
 
-PoseAt = Callable[[float], SE2]
-"""Gives ``T_map_base`` at a time [s]."""
-
+PoseAt = Callable[[float], SE2]  # gives ``T_map_base`` at a time [s]
 DEPTH_CAMERA = PinholeCamera(160, 120, 100.0, 100.0, 79.5, 59.5)
-DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi))
-"""Level, looking ahead."""
-
+DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi))  # level, looking ahead
 STEREO_RIG = StereoRig()
 _DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02  # baseline of the depth camera [m] and its disparity noise [px]
 _INSTANTS = 3  # number of instants per exposure of the floor camera

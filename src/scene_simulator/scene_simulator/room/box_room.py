@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import PinholeCamera
 
-Box = tuple[float, float, float, float, float, float]
-"""x, y and z of the lowest and then of the highest corner [m]."""
+Box = tuple[float, float, float, float, float, float]  # x, y and z of the lowest and then of the highest corner [m]
 
 
 @dataclass(frozen=True)
@@ -123,8 +122,7 @@ def disc_clearance(room: BoxRoom, x: float, y: float, radius: float, height: flo
     return nearest - radius
 
 
-Cylinder = tuple[float, float, float, float, float, float, float]
-"""x, y and z of both ends of the axis, radius [m]."""
+Cylinder = tuple[float, float, float, float, float, float, float]  # x, y and z of both ends of the axis, radius [m]
 TurnedBox = tuple[float, float, float, float, float, float, float]
 """x and y of the middle [m], yaw [rad], half length and half width, lowest and highest z [m]."""
 

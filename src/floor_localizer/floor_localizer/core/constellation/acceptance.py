@@ -29,8 +29,7 @@ from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.dots import ViewDots
 from shirube_core.geometry import SE2
 
-AMBIGUITY_FRACTION = 0.8
-"""A runner-up with at least this fraction of the best pose's matches makes the pose ambiguous."""
+AMBIGUITY_FRACTION = 0.8  # a runner-up with at least this fraction of the best pose's matches makes the pose ambiguous
 # Margin on the scale tolerance for the error of the fitted scale.
 _SCALE_MARGIN = 1.3
 _POSE = np.dtype([('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)])

@@ -11,9 +11,7 @@ from numba import njit
 
 from floor_localizer.core.arrays import Floats, Ints
 
-INNER_DOTS = 4
-"""Number of dots of a constellation other than the two ends of its baseline."""
-
+INNER_DOTS = 4  # number of dots of a constellation other than the two ends of its baseline
 KEY_SIZE = 2 * INNER_DOTS
 
 # In the lune, the points closer to both ends of the baseline than its length, x is in 0..1 and y in +-0.866; the rest
@@ -21,8 +19,7 @@ KEY_SIZE = 2 * INNER_DOTS
 X_LOWER, Y_LOWER = -0.1, -1.0
 LOWER = (X_LOWER, Y_LOWER)
 
-STEPS_PER_CELL = 8
-"""Quantization steps per cell along each coordinate."""
+STEPS_PER_CELL = 8  # quantization steps per cell along each coordinate
 STEP_BITS = np.uint64(3)
 _STEP_MASK = np.uint64(STEPS_PER_CELL - 1)
 _CELL_SIDE_MIN, _CELL_SIDE_MAX = 0.03, 0.3

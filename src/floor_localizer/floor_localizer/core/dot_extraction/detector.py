@@ -127,12 +127,8 @@ def _are_probably_merged(blobs: Blobs, elongations: Floats) -> Booleans:
     return np.asarray((blobs.areas > fence) & (elongations > _MERGED_ELONGATION))
 
 
-SMALLEST_SIDE = 32
-"""Minimum side of an image [px]."""
-
-SPECK_AREA_FRACTION = 0.5
-"""Minimum area of a blob, as a fraction of the smallest dot's area; smaller blobs are noise."""
-
+SMALLEST_SIDE = 32  # minimum side of an image [px]
+SPECK_AREA_FRACTION = 0.5  # minimum area of a blob, as a fraction of the smallest dot's area; smaller blobs are noise
 MIN_PART_DIAMETER = 0.55
 """Minimum diameter of a dot split from a blob, as a fraction of the typical dot's diameter; hairs are thinner."""
 

@@ -31,8 +31,7 @@ _SEARCH_RADIUS = 0.01
 _MAX_SCALE_CHANGE = 0.1
 # Merge distance of each round, in units of the setting; submaps are less accurate than adjusted images.
 _MERGE_FACTORS = (1.6, 1.0, 0.8)
-ADJUSTMENTS = 2 * len(_MERGE_FACTORS)
-"""Two for each merge distance: with outliers, then without."""
+ADJUSTMENTS = 2 * len(_MERGE_FACTORS)  # two for each merge distance: with outliers, then without
 # Lower bound of the prior standard deviations: relative height, and tilt [rad].
 _MIN_SIGMA = 3e-5
 

@@ -49,8 +49,7 @@ class PartSizes:
     stripe_dots: int = 1_000_000
 
 
-DEFAULT_SIZES = PartSizes()
-"""A task takes some hundred megabytes and half a minute."""
+DEFAULT_SIZES = PartSizes()  # a task takes some hundred megabytes and half a minute
 
 
 class IndexBuild:

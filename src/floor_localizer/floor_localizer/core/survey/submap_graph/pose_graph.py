@@ -29,8 +29,7 @@ _ITERATIONS = 4
 _MAX_DOTS = 30
 # Standard deviation of the scale of a submap, the average over its images.
 _SCALE_SIGMA = 0.005
-DOT_SIGMA = 0.0002
-"""Standard deviation of a dot in a submap, which may be slightly bent [m]."""
+DOT_SIGMA = 0.0002  # standard deviation of a dot in a submap, which may be slightly bent [m]
 _SMALL_RESIDUAL, _LARGE_RESIDUAL = 0.001, 0.005
 """Residual of an edge above which the window, and above which the whole graph is optimised [m]."""
 _OPTIMIZE_EVERY, _OPTIMIZE_FRACTION = 8, 0.1
