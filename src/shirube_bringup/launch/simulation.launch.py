@@ -17,7 +17,8 @@ from launch import LaunchDescription
 from shirube_bringup.launching import declare
 from shirube_bringup.launching import include as include_from
 
-WRITTEN = b'parameter files are written'  # printed by the simulation when the nodes can start
+WRITTEN = b'parameter files are written'
+"""Printed by the simulation when the nodes can start."""
 
 
 def generate_launch_description() -> LaunchDescription:
