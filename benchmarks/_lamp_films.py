@@ -134,7 +134,7 @@ def receiver_for(film: Film) -> BeaconReceiver:
 
 def receive_frames(drive: LampDrive, receiver: BeaconReceiver, seconds: float) -> Iterator[LampFrame]:
     """Yield the frames of a drive; the receiver gets the wheel and IMU data that precede each."""
-    wheels, tilts = deque(drive.odometry(seconds)), deque(drive.tilt_readings(seconds))
+    wheels, tilts = deque(drive.odometry(seconds)), deque(drive.tilt_readings(seconds, 0.01))
     for frame in drive.frames(seconds):
         while wheels and wheels[0].time <= frame.stamp:
             wheel = wheels.popleft()

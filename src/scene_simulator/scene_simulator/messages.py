@@ -13,8 +13,7 @@ from shirube_bags.bag_reader import jazzy_types
 from shirube_core.geometry import SE2, PinholeCamera, quaternion_from_yaw
 
 _ODOMETRY_VARIANCES = (1e-4, 1e-4, 1e-12, 1e-12, 1e-12, 1e-3)
-_IMU_VARIANCES = (1e-6, 1e-6, math.pi**2)
-"""Variances of roll, pitch and (unknown) yaw [rad^2]."""
+_IMU_VARIANCES = (1e-6, 1e-6, math.pi**2)  # variances of roll, pitch and (unknown) yaw [rad^2]
 
 
 def compressed_image(

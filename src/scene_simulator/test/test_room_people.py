@@ -7,8 +7,8 @@ import pytest
 
 from scene_simulator.errors import SceneError
 from scene_simulator.mission.pedestrians import KINDS, Walker
-from scene_simulator.room.box_room import BoxRoom, Solids, cast_rays, forward_camera
-from shirube_core.geometry import SE2, PinholeCamera
+from scene_simulator.room.box_room import BoxRoom, cast_rays
+from shirube_core.geometry import SE2
 
 ROOM = BoxRoom((-5.0, -5.0, 0.0, 5.0, 5.0, 2.5), ((2.0, -1.0, 0.0, 3.0, 1.0, 1.0),))
 
@@ -21,13 +21,6 @@ def test_the_nearest_range_at_any_height_is_the_clearance(kind: str) -> None:
     room = BoxRoom(ROOM.size)
     nearest = min(cast_rays(room, solids, (0.0, 0.0, z), flat).min() for z in np.arange(0.05, 1.8, 0.05))
     assert solids.clearance(0.0, 0.0, 0.0, 2.0) == pytest.approx(nearest, abs=2e-3)
-
-
-def test_rays_of_a_camera_meet_the_room_as_its_depth_image_has_it() -> None:
-    camera, view = PinholeCamera(40, 30, 30.0, 30.0, 19.5, 14.5), forward_camera(-1.0, 0.2, 0.5, 0.3)
-    rays = camera.rays_from_pixels([(u, v) for v in range(30) for u in range(40)]) @ view[:3, :3].T
-    depth = cast_rays(ROOM, Solids(), view[:3, 3], rays).reshape(30, 40)
-    np.testing.assert_allclose(depth, ROOM.depth_image(camera, view), rtol=1e-5)
 
 
 def test_one_leg_rests_while_the_other_swings_and_both_keep_up() -> None:

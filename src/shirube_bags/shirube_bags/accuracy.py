@@ -69,12 +69,8 @@ def compare_trajectories(estimate: Trajectory, reference: Trajectory, longest_ga
 def error_statistics(errors: NDArray[np.float64]) -> ErrorStatistics:
     """Return the statistics of errors, shape (n,) with n > 0."""
     sizes = np.abs(errors)
-    return ErrorStatistics(
-        median=float(np.median(sizes)),
-        rms=float(np.sqrt(np.mean(sizes**2))),
-        p95=float(np.quantile(sizes, 0.95)),
-        max=float(sizes.max()),
-    )
+    median, p95 = np.quantile(sizes, (0.5, 0.95)).tolist()
+    return ErrorStatistics(median, float(np.sqrt(np.mean(sizes**2))), p95, float(sizes.max()))
 
 
 def time_span(trajectory: Trajectory) -> str:
@@ -85,9 +81,7 @@ def time_span(trajectory: Trajectory) -> str:
 
 @dataclass(frozen=True)
 class Coverage:
-    """Numbers of stamps that should have a pose, that have one, that are excluded, and the stamps without
-    one [ns].
-    """
+    """Numbers of stamps that should have a pose, that have one, that are excluded, and the stamps without one [ns]."""
 
     expected: int
     covered: int
@@ -125,9 +119,7 @@ COVERAGE = 'coverage'
 
 @dataclass(frozen=True)
 class AccuracyReport:
-    """Accuracy of one run: poses with and without ground truth, statistics of position [m] and heading
-    [rad], coverage.
-    """
+    """Accuracy of one run: poses with and without truth, statistics of position [m] and heading [rad], coverage."""
 
     compared: int
     unmatched: int
@@ -147,14 +139,8 @@ class AccuracyReport:
 
 def make_report(errors: TrajectoryErrors, coverage: Coverage, expected_from: str) -> AccuracyReport:
     """Compute the report of a comparison."""
-    return AccuracyReport(
-        compared=len(errors.estimate),
-        unmatched=errors.unmatched,
-        position=error_statistics(errors.position),
-        heading=error_statistics(errors.heading),
-        coverage=coverage,
-        expected_from=expected_from,
-    )
+    position, heading = error_statistics(errors.position), error_statistics(errors.heading)
+    return AccuracyReport(len(errors.estimate), errors.unmatched, position, heading, coverage, expected_from)
 
 
 def format_report(report: AccuracyReport) -> str:
@@ -195,9 +181,7 @@ def report_to_dict(report: AccuracyReport) -> dict[str, Any]:
 
 
 def exceeded_limits(report: AccuracyReport, limits: Mapping[str, float]) -> list[str]:
-    """Return a message for each violated limit, by metric: a lower limit for the coverage, upper limits
-    otherwise.
-    """
+    """Return a message for each violated limit, by metric: a lower limit for the coverage, upper limits otherwise."""
     metrics = report.metrics()
     lines = []
     for name, limit in limits.items():

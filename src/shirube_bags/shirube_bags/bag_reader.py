@@ -34,9 +34,7 @@ FOREIGN = 'convert it with "ros2 bag convert" to a mcap bag of CDR messages, com
 
 @dataclass(frozen=True)
 class BagTopic:
-    """One topic: absolute name, message type such as ``sensor_msgs/msg/Image``, message count, QoS of the
-    publishers.
-    """
+    """One topic: absolute name, type such as ``sensor_msgs/msg/Image``, message count, QoS of the publishers."""
 
     name: str
     msgtype: str
@@ -46,9 +44,7 @@ class BagTopic:
 
 @dataclass(frozen=True)
 class BagMessage:
-    """One serialized message (CDR with its header of four bytes) of a topic, with its time of reception
-    [ns].
-    """
+    """One serialized message (CDR with its header of four bytes) of a topic, with its time of reception [ns]."""
 
     topic: str
     msgtype: str
@@ -102,11 +98,7 @@ class BagReader:
         self._close()
 
     def messages(self, topics: Iterable[str] = ()) -> Iterator[BagMessage]:
-        """Yield the messages of topics, all if empty, in the order of their stamps.
-
-        Raises:
-            BagError: a topic is not in the bag, or the bag is corrupted.
-        """
+        """Yield topics' messages, all if empty, by stamp; raise a BagError for a missing topic or a corrupted bag."""
         wanted = self.select_topics(topics)
         count = 0
         for message in self._read(wanted, None, None):
@@ -117,9 +109,7 @@ class BagReader:
             raise BagError(f'{self.path}: has {count} of the {expected} messages in its index; {DAMAGED}')
 
     def messages_between(self, topics: Iterable[str], begin_ns: int, end_ns: int) -> Iterator[BagMessage]:
-        """Yield the messages received from ``begin_ns`` to ``end_ns`` inclusive, by index; topics and errors
-        as `messages`.
-        """
+        """Yield the messages received from ``begin_ns`` to ``end_ns`` inclusive; topics and errors as `messages`."""
         yield from self._read(self.select_topics(topics), begin_ns, end_ns + 1)
 
     def _read(self, topics: tuple[str, ...], start_ns: int | None, stop_ns: int | None) -> Iterator[BagMessage]:
@@ -135,9 +125,7 @@ class BagReader:
             raise self._make_error(fault) from fault
 
     def select_topics(self, topics: Iterable[str]) -> tuple[str, ...]:
-        """Return the given topics, all if none is given; raise a BagError for a topic that is not in the
-        bag.
-        """
+        """Return the given topics, all if none is given; raise a BagError for a topic that is not in the bag."""
         wanted = tuple(dict.fromkeys(topics)) or tuple(self.topics)
         for topic in wanted:
             if topic not in self.topics:
@@ -190,9 +178,7 @@ def check_is_bag(path: Path) -> None:
 
 
 def collect_topics(path: Path, connections: Iterable[Connection]) -> dict[str, BagTopic]:
-    """Return the topics of a bag by name, several publishers merged; raise a BagError for a topic of two
-    types.
-    """
+    """Return the topics of a bag by name, several publishers merged; raise a BagError for a topic of two types."""
     topics: dict[str, BagTopic] = {}
     for connection in connections:
         qos = offered_profiles(connection)

@@ -20,9 +20,7 @@ LATCHED_TOPICS = frozenset({'/tf_static', '/robot_description'})
 
 
 def reliable_qos(depth: int = 10, latched: bool = False) -> Qos:
-    """Return a reliable profile, for any subscriber, that keeps ``depth`` messages, for late subscribers if
-    latched.
-    """
+    """Return a reliable profile, for any subscriber, that keeps ``depth`` messages, for late subscribers if latched."""
     return Qos(
         history=QosHistory.KEEP_LAST,
         depth=depth,
@@ -96,11 +94,7 @@ class BagWriter:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def declare(self, topic: str, msgtype: str, qos: Qos | None = None) -> None:
-        """Add a topic with its own QoS profile; needed only if `default_qos` does not fit.
-
-        Raises:
-            BagError: the type is unknown, or the topic exists with another type.
-        """
+        """Add a topic with a QoS profile instead of `default_qos`; raise a BagError for an unknown or other type."""
         known = self._connections.get(topic)
         if known is not None:
             if known.msgtype != msgtype:
@@ -117,11 +111,7 @@ class BagWriter:
         )
 
     def write(self, topic: str, msgtype: str, message: object, stamp_ns: int) -> None:
-        """Write one message: a dataclass of `jazzy_types`, not an rclpy message (for these: `write_raw`).
-
-        Raises:
-            BagError: the message does not match its type, or see `write_raw`.
-        """
+        """Write a dataclass of `jazzy_types` (an rclpy message: `write_raw`); raise a BagError if it is invalid."""
         self.declare(topic, msgtype)
         try:
             raw = jazzy_types().serialize_cdr(message, msgtype)
@@ -133,11 +123,7 @@ class BagWriter:
         self.write_raw(topic, msgtype, raw, stamp_ns)
 
     def write_raw(self, topic: str, msgtype: str, raw: bytes | memoryview, stamp_ns: int) -> None:
-        """Write one serialized message (CDR with its header of four bytes), received at a stamp [ns].
-
-        Raises:
-            BagError: the stamp is negative, the disk is full, or see `declare`.
-        """
+        """Write a message as CDR with its header, received at a stamp >= 0 [ns]; raise a BagError as `declare`."""
         self.declare(topic, msgtype)
         if stamp_ns < 0:
             raise BagError(f'{self.path}: stamp {stamp_ns} ns on {topic} is negative; give nanoseconds >= 0')

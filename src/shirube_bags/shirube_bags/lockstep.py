@@ -24,9 +24,7 @@ class NodeBarrier:
     """Finds the nodes that subscribe to topics, and waits until they have responded."""
 
     def __init__(self, node: Node, executor: Executor, should_stop: Callable[[], bool]) -> None:
-        """Start without clients; ``should_stop`` is polled while waiting, the executor spins ``node`` and
-        perhaps others.
-        """
+        """Start without clients; ``should_stop`` is polled while waiting, the executor spins ``node`` and others."""
         self._node = node
         self._executor = executor
         self._should_stop = should_stop
@@ -39,9 +37,7 @@ class NodeBarrier:
         return tuple(sorted(self._without_services))
 
     def find_subscribers(self, topic: str, count: int) -> tuple[str, ...]:
-        """Return the full names of the nodes that subscribe to a topic, waiting for ``count`` of them to be
-        discovered.
-        """
+        """Return the full names of the nodes that subscribe to a topic, waiting until ``count`` are discovered."""
         deadline = time.monotonic() + DISCOVERY_TIMEOUT
         while True:
             found = self._node.get_subscriptions_info_by_topic(topic)
@@ -129,9 +125,7 @@ class Lockstep:
         return self._barrier.nodes_without_services
 
     def publish(self, message: BagMessage) -> None:
-        """Publish a message and wait until it is processed; raise a ReplayError if a node has not responded
-        in time.
-        """
+        """Publish a message and wait until it is processed; raise a ReplayError if a node has not responded in time."""
         # Executors poll one subscription after the other: without this barrier, the message could be taken in a poll
         # that missed the clock just before it.
         self._player.set_clock(message.stamp_ns)
@@ -143,9 +137,7 @@ class Lockstep:
         self.wait([message.topic])
 
     def wait(self, topics: Sequence[str]) -> None:
-        """Wait until all messages published on the topics are processed; raise a ReplayError as `publish`
-        does.
-        """
+        """Wait until all messages published on the topics are processed; raise a ReplayError as `publish` does."""
         names = {name for topic in topics for name in self._subscribers_of(topic)}
         # Executors poll subscriptions before services: if both arrive in between, the request is served first. The
         # second request is served after another poll of the subscriptions.

@@ -29,9 +29,7 @@ class ReplayClock:
     CATCH_UP_MAX = 0.02
 
     def __init__(self, rate: float, first_stamp_ns: int, now: float) -> None:
-        """Start at a time ``now`` of the steady clock [s], which is the first stamp; rate 0 makes every
-        message due at once.
-        """
+        """Start at a time ``now`` of the steady clock [s], the first stamp; rate 0 makes all messages due at once."""
         self._rate = rate
         self._first_stamp_ns = first_stamp_ns
         self._began = now
@@ -57,11 +55,7 @@ class ReplayClock:
 def wait_for_counts(
     subscriber_count: Callable[[str], int], wanted: Mapping[str, int], timeout: float, should_stop: Callable[[], bool]
 ) -> None:
-    """Wait until each topic has the wanted number of subscribers, or ``should_stop`` returns True.
-
-    Raises:
-        ReplayError: subscribers are missing after the timeout [s].
-    """
+    """Wait for the wanted numbers of subscribers, at most a timeout [s]; raise a ReplayError if some are missing."""
     deadline = time.monotonic() + timeout
     while not should_stop():
         missing = {topic: count for topic, count in wanted.items() if subscriber_count(topic) < count}

@@ -94,9 +94,7 @@ class BagPlayer:
         self._clock_ns = -1
 
     def wait_until_received(self, topics: Sequence[str], timeout: float) -> None:
-        """Wait, up to a timeout [s] each, until the reliable subscribers of the topics have acknowledged all
-        messages.
-        """
+        """Wait, up to a timeout [s] each, until reliable subscribers of the topics have acknowledged all messages."""
         for topic in topics:
             self._publishers[topic].wait_for_all_acked(Duration(seconds=timeout))
 
@@ -125,9 +123,7 @@ class BagRecorder:
     """Subscribes to topics when they appear and writes their serialized messages into a bag."""
 
     def __init__(self, node: Node, bag: BagWriter, topics: Sequence[str], log: Callable[[str], None]) -> None:
-        """Start without subscriptions; record ``topics``, all if empty, stamped by the node's clock, and log
-        each one.
-        """
+        """Start without subscriptions; record ``topics``, all if empty, stamped by the node's clock; log each one."""
         self._node = node
         self._bag = bag
         self._wanted = [node.resolve_topic_name(topic) for topic in topics]
@@ -143,9 +139,7 @@ class BagRecorder:
         return [topic for topic in self._wanted if topic not in self._subscriptions]
 
     def find_topics(self) -> None:
-        """Subscribe to new topics, periodically; raise a ReplayError if the type of a requested one cannot
-        be recorded.
-        """
+        """Subscribe to new topics; raise a ReplayError if the type of a requested one cannot be recorded."""
         for topic, types in self._node.get_topic_names_and_types():
             if topic in self._subscriptions or topic in self._skipped:
                 continue
@@ -189,9 +183,7 @@ class BagRecorder:
 
 
 def get_message_class(topic: str, types: Sequence[str]) -> object:
-    """Return the class of a live topic; raise a ReplayError for several types, or one that cannot be
-    recorded.
-    """
+    """Return the class of a live topic; raise a ReplayError for several types, or one that cannot be recorded."""
     if len(types) != 1:
         raise ReplayError(f'{topic} is published with the types {", ".join(types)}; publish one type per topic')
     if types[0] not in jazzy_types().fielddefs:
@@ -248,10 +240,12 @@ class RosSession:
 
 
 @contextmanager
-def ros_session(name: str, arguments: Sequence[str], use_sim_time: bool = False) -> Iterator[RosSession]:
+def ros_session(
+    name: str, arguments: Sequence[str], use_sim_time: bool = False, domain: int | None = None
+) -> Iterator[RosSession]:
     """Create a node from a command line with ``--ros-args``; the caller handles signals (`stop_on_signals`)."""
     context = Context()
-    rclpy.init(args=list(arguments), context=context, signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=list(arguments), context=context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
     try:
         override = [rclpy.Parameter('use_sim_time', value=True)] if use_sim_time else []
         node = Node(name, context=context, parameter_overrides=override)

@@ -9,9 +9,7 @@ LATEST = 9_223_372_036
 
 
 def stamp_from_text(text: str) -> int:
-    """Return the stamp [ns] of decimal seconds, such as ``1700000000.123456789``; raise a ValueError for
-    other text.
-    """
+    """Return the stamp [ns] of decimal seconds, such as ``1700000000.123456789``; raise a ValueError for other text."""
     try:
         seconds = Decimal(text)
     except InvalidOperation as fault:

@@ -14,13 +14,7 @@ from shirube_bags.stamps import NANOSECONDS
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Poses of one frame in another, sorted by stamp.
-
-    Attributes:
-        stamps_ns: array of int64, shape (n,), strictly increasing [ns].
-        positions: array, shape (n, 3), x, y, z [m].
-        quaternions: array, shape (n, 4), x, y, z, w, normalized.
-    """
+    """Poses by rising stamp, (n,) [ns]: positions, (n, 3) [m], unit quaternions x, y, z, w, (n, 4)."""
 
     stamps_ns: NDArray[np.int64]
     positions: NDArray[np.float64]
@@ -86,9 +80,7 @@ def find_malformed_pose(positions: NDArray[np.float64], quaternions: NDArray[np.
 
 
 def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
-    """Return a trajectory of poses x [m], y [m], yaw [rad], array-like, shape (n, 3); errors as
-    `make_trajectory`.
-    """
+    """Return a trajectory of poses x [m], y [m], yaw [rad], array-like, shape (n, 3); errors as `make_trajectory`."""
     planar = np.asarray(poses, dtype=np.float64).reshape(-1, 3)
     half, zero = planar[:, 2] / 2.0, np.zeros(len(planar))
     positions = np.column_stack([planar[:, 0], planar[:, 1], zero])
@@ -96,9 +88,7 @@ def planar_trajectory(stamps_ns: ArrayLike, poses: ArrayLike) -> Trajectory:
 
 
 def can_interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64], longest_gap_ns: int) -> NDArray[np.bool_]:
-    """Return, shape (m,), whether each stamp [ns] is that of a pose or within a gap of at most
-    ``longest_gap_ns``.
-    """
+    """Return, shape (m,), whether each stamp [ns] is that of a pose or within a gap of at most ``longest_gap_ns``."""
     known = trajectory.stamps_ns
     after = np.minimum(np.searchsorted(known, stamps_ns, side='left'), len(known) - 1)
     before = np.maximum(np.searchsorted(known, stamps_ns, side='right') - 1, 0)
@@ -108,11 +98,7 @@ def can_interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64], longes
 
 
 def interpolate(trajectory: Trajectory, stamps_ns: NDArray[np.int64]) -> Trajectory:
-    """Interpolate at increasing stamps [ns], shape (m,): positions linearly, rotations by slerp.
-
-    Raises:
-        TrajectoryError: a stamp is outside the trajectory.
-    """
+    """Interpolate at rising stamps [ns], (m,): positions linearly, rotations by slerp; TrajectoryError outside."""
     known = trajectory.stamps_ns
     if len(stamps_ns) and not (known[0] <= stamps_ns[0] and stamps_ns[-1] <= known[-1]):
         raise TrajectoryError('stamps are outside the trajectory; give only stamps within it')

@@ -23,11 +23,7 @@ POSE_TYPES = (
 
 
 def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
-    """Load the poses of one topic, None for the only one with poses, stamped by their headers.
-
-    Raises:
-        BagError: no such topic, an ambiguous choice, another type, or malformed poses.
-    """
+    """Load the poses of a topic, None for the only one, stamped by their headers; raises `BagError`."""
     chosen = select_pose_topic(bag, topic)
     stamps, positions, quaternions = [], [], []
     for message in bag.messages([chosen.name]):
@@ -43,9 +39,7 @@ def load_bag_trajectory(bag: BagReader, topic: str | None) -> Trajectory:
 
 
 def load_header_stamps(bag: BagReader, topic: str) -> NDArray[np.int64]:
-    """Return the header stamps of a topic, shape (n,), increasing [ns]; raise a BagError if it has no
-    headers.
-    """
+    """Return the header stamps of a topic, shape (n,), increasing [ns]; raise a BagError if it has no headers."""
     (name,) = bag.select_topics([topic])
     msgtype = bag.topics[name].msgtype
     fields = jazzy_types().fielddefs.get(msgtype, (None, []))[1]
@@ -63,9 +57,7 @@ def header_stamp(raw: bytes) -> int:
 
 
 def select_pose_topic(bag: BagReader, topic: str | None) -> BagTopic:
-    """Return the named topic, or the only one with poses; raise a BagError if there is no such or no unique
-    choice.
-    """
+    """Return the named topic, or the only one with poses; raise a BagError if there is no such or no unique choice."""
     with_poses = [each for each in bag.topics.values() if each.msgtype in POSE_TYPES]
     if topic is None:
         if len(with_poses) == 1:
@@ -97,11 +89,7 @@ COLUMNS = 'stamp x y z qx qy qz qw'
 
 
 def load_tum(path: Path | str) -> Trajectory:
-    """Load a TUM file; empty lines and lines that start with ``#`` are skipped.
-
-    Raises:
-        TumFileError: the file is missing, empty, or a line is malformed or has NaN.
-    """
+    """Load a TUM file without empty lines and those that start with ``#``; raise a TumFileError if it is malformed."""
     try:
         lines = Path(path).read_text(encoding='utf-8').splitlines()
     except (OSError, UnicodeDecodeError) as fault:
@@ -130,9 +118,7 @@ def load_tum(path: Path | str) -> Trajectory:
 
 
 def parse_tum_line(line: str) -> tuple[int, list[float]]:
-    """Return the stamp [ns] and the seven numbers of the pose in a line; raise a ValueError for other
-    contents.
-    """
+    """Return the stamp [ns] and the seven numbers of the pose in a line; raise a ValueError for other contents."""
     fields = line.split()
     if len(fields) != 8:
         raise ValueError(f'{len(fields)} fields instead of 8; write "{COLUMNS}" with blanks between')
@@ -143,9 +129,7 @@ def parse_tum_line(line: str) -> tuple[int, list[float]]:
 
 
 def save_tum(path: Path | str, trajectory: Trajectory) -> None:
-    """Write a TUM file atomically, with nanoseconds and all digits; raise a TumFileError if it cannot be
-    written.
-    """
+    """Write a TUM file atomically, with nanoseconds and all digits; raise a TumFileError if it cannot be written."""
     rows = zip(trajectory.stamps_ns, trajectory.positions, trajectory.quaternions, strict=True)
     lines = [f'# {COLUMNS}\n']
     for stamp_ns, position, quaternion in rows:

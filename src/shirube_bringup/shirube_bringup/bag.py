@@ -20,9 +20,8 @@ from scene_simulator.messages import compressed_image
 from shirube_bags.bag_reader import jazzy_types
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.ros_session import offered_qos
-from shirube_bags.stamps import NANOSECONDS
 from shirube_bags.trajectory_files import header_stamp
-from shirube_bringup.topics import START_SECONDS
+from shirube_bringup.topics import stamp_ns
 from shirube_ros.camera.image import array_from_image, depth_from_image
 
 TOPICS_AT_STAMP: Mapping[str, type] = {
@@ -72,11 +71,7 @@ _COMPRESSED = 'sensor_msgs/msg/CompressedImage'
 
 
 class MissionBag:
-    """Buffers the messages until the mission is over, then writes them sorted by time.
-
-    Attributes:
-        path: path of the bag.
-    """
+    """Buffers the messages until the mission is over, then writes them to ``path``, sorted by time."""
 
     def __init__(self, node: Node, path: Path, now: Callable[[], int]) -> None:
         """Subscribe; ``now`` returns the mission time [ms]."""
@@ -112,7 +107,7 @@ class MissionBag:
         self._record(header_stamp(raw), topic, topic, kind, raw)
 
     def _record_now(self, topic: str, kind: str, raw: bytes) -> None:
-        self._record(_nanoseconds(self._now()), topic, topic, kind, raw)
+        self._record(stamp_ns(self._now()), topic, topic, kind, raw)
 
     def _record_in_extract(self, topic: str, kind: str, raw: bytes) -> None:
         if is_in_extract(header_stamp(raw)):
@@ -126,7 +121,7 @@ class MissionBag:
         pixels: NDArray[np.uint8] = array_from_image(image, topic)
         compressed = compressed_image(pixels, image.header.frame_id, stamp, quality, progressive=True)
         serialized = bytes(jazzy_types().serialize_cdr(compressed, _COMPRESSED))
-        self._record(_nanoseconds(self._now()), topic, f'{topic}/compressed', _COMPRESSED, serialized)
+        self._record(stamp_ns(self._now()), topic, f'{topic}/compressed', _COMPRESSED, serialized)
 
     def _record_depth(self, raw: bytes) -> None:
         if not is_in_extract(header_stamp(raw)):
@@ -153,8 +148,4 @@ def type_name(kind: type) -> str:
 def is_in_extract(stamp: int) -> bool:
     """Return whether images of this stamp [ns] are recorded."""
     begin, end = EXTRACT_MS
-    return _nanoseconds(begin) <= stamp < _nanoseconds(end)
-
-
-def _nanoseconds(milliseconds: int) -> int:
-    return START_SECONDS * NANOSECONDS + 1_000_000 * milliseconds
+    return stamp_ns(begin) <= stamp < stamp_ns(end)

@@ -29,9 +29,7 @@ from vlc_beacon.core.transmitter.lamp_program import RS_FSK_NAME, EncodingSettin
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 from vlc_beacon.files.authorization_files import CounterFile
 
-CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22
-"""Speed limits of the robot, at start and after the first command [m/s]."""
-
+CRUISE_SPEED, SLOW_SPEED = 0.4, 0.22  # speed limits of the robot, at start and after the first command [m/s]
 _MESSAGES = {SLOW_LAMP: ['id', f'slow:{SLOW_SPEED}'], FAST_LAMP: ['id', f'speed_up:{CRUISE_SPEED}']}
 _COUNTER = 1
 PLACES = {
@@ -44,14 +42,11 @@ PLACES = {
 }
 """Pose of the robot and visible wall of each taught place."""
 
-_TOLERANCE = 3.0
-"""Largest distance between the points of a detected primitive and those of its landmark [px]."""
-
+_TOLERANCE = 3.0  # largest distance between the points of a detected primitive and those of its landmark [px]
 _PUBLIC_KEY = 'b3' * 32
 """Key that signs the commands of the simulated lamps; fixed, so that a seed gives the same light. Not secret."""
 
-_SURVEY_SIGMA = 5e-5
-"""Standard deviation of the surveyed centres and diameters [m]."""
+_SURVEY_SIGMA = 5e-5  # standard deviation of the surveyed centres and diameters [m]
 
 
 def lamp_waveforms(key: CommandKey) -> dict[int, Waveform]:

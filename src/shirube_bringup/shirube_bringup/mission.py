@@ -18,9 +18,7 @@ from shirube_core.geometry import SE2
 _FIRST_POSE, _GOAL_TIME, _GOAL_TIME_AMONG_PEOPLE = 10.0, 90.0, 180.0
 """Timeouts for the first pose and for each goal, also while people walk around, in mission time [s]."""
 
-_STATIONARY_TIME = 1.0
-"""A robot without motion for this long is stationary [s]."""
-
+_STATIONARY_TIME = 1.0  # a robot without motion for this long is stationary [s]
 _REACHED = 'goal reached'
 
 
@@ -152,18 +150,13 @@ class Mission:
             is_fresh = status_time >= 1e-3 * (self.steps.now - stationary_ms) + _STATIONARY_TIME
             return status == _REACHED and status_time > 1e-3 * start + 0.5 and is_fresh
 
-        seconds = _GOAL_TIME_AMONG_PEOPLE if self.steps.people else _GOAL_TIME
-        reached = self._step_until(is_goal_done, seconds)
+        timeout = _GOAL_TIME_AMONG_PEOPLE if self.steps.people else _GOAL_TIME
+        reached = self._step_until(is_goal_done, timeout)
         truth = self.controller.T_world_base
         fused = self.subscribers.fused[-1]
         then = self.controller.pose_at(fused.time)
-        return GoalRecord(
-            reached,
-            1e-3 * (self.steps.now - start),
-            truth.distance_to(goal),
-            abs(truth.yaw_to(goal)),
-            fused.pose.distance_to(then),
-        )
+        seconds, fused_error = 1e-3 * (self.steps.now - start), fused.pose.distance_to(then)
+        return GoalRecord(reached, seconds, truth.distance_to(goal), abs(truth.yaw_to(goal)), fused_error)
 
     def _step_until(self, is_done: Callable[[], bool], seconds: float) -> bool:
         """Step until a condition is true; return False after a timeout [s]."""

@@ -26,26 +26,17 @@ from shirube_bringup.building import CRUISE_SPEED, BuildingFiles
 from shirube_core.geometry import CameraMount
 
 Value = str | bool | int | float | list[float] | list[str]
-COMMAND_RADIUS = 2.0
-"""Radius around a lamp in which its commands are obeyed [m]."""
-
-GOAL_TOLERANCE = 0.01
-"""Goal tolerance of the planner [m]."""
-
-AREA = 'pose_arbiter/initialpose'
-"""Topic of the area where floor_localizer searches first, from the other localizers."""
-
+COMMAND_RADIUS = 2.0  # radius around a lamp in which its commands are obeyed [m]
+GOAL_TOLERANCE = 0.01  # goal tolerance of the planner [m]
+AREA = 'pose_arbiter/initialpose'  # topic of the area where floor_localizer searches first, from the other localizers
 PLANNERS: Mapping[str, Mapping[str, Value]] = {
     'default': {},
     'paper': {'rule': 'count', 'mode': 'reward', 'visits': 'counted', 'look_around': True},
 }
 """Parameters of the planner by name: shortest routes, or the paper's map and reward rule, with visits counted."""
 
-DEPTH_RANGE = 3.5
-"""Depth is too noisy beyond this range [m]."""
-
-_SHUTDOWN_TIMEOUT = 10.0
-"""Timeout after SIGINT [s]."""
+DEPTH_RANGE = 3.5  # depth is too noisy beyond this range [m]
+_SHUTDOWN_TIMEOUT = 10.0  # timeout after SIGINT [s]
 
 
 class MissionError(Exception):
@@ -190,11 +181,7 @@ def _mount(mount: CameraMount) -> dict[str, Value]:
 
 
 class NodeProcesses:
-    """Runs the nodes inside of a `with` statement and ends them with SIGINT.
-
-    Attributes:
-        exit_codes: exit codes of the ended nodes, by name.
-    """
+    """Runs nodes in a `with` statement, ends them with SIGINT; then ``exit_codes`` are known by name."""
 
     def __init__(self, nodes: Sequence[NodeSetup], folder: Path, domain: int) -> None:
         """Set the nodes to run in a ROS domain, and the folder of their parameter files and logs."""

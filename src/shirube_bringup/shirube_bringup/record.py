@@ -2,23 +2,42 @@
 
 import json
 import math
-from bisect import bisect_right
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scene_simulator.mission.layout import ROBOT_HEIGHT, ROBOT_RADIUS, ZONES, MissionLayout
 from scene_simulator.mission.pedestrians import Place, solids_at
 from scene_simulator.room.box_room import Box
 from shirube_core.geometry import SE2
 
-StampedNumbers = tuple[float, float, float, float]
-"""Time [s], x [m], y [m], yaw [rad]."""
+Array = NDArray[np.float64]
+StampedNumbers = tuple[float, float, float, float]  # time [s], x [m], y [m], yaw [rad]
 
 TRUE_ERROR_MAX, FUSED_ERROR_MAX = 0.03, 0.02
 """Limits of the distance of the robot from its goal, and of the fused pose error at a goal [m]."""
+
+
+def as_array(poses: Sequence[StampedNumbers]) -> Array:
+    """Return poses as an array, shape (n, 4): time, x, y, yaw."""
+    return np.array(poses, dtype=np.float64).reshape(-1, 4)
+
+
+def true_poses(truth: Array, times: Array) -> Array:
+    """Return the true poses at times, shape (m,) [s], interpolated between those of shape (n, 4), shape (m, 4)."""
+    columns = (truth[:, 1], truth[:, 2], np.unwrap(truth[:, 3]))
+    return np.column_stack([times, *(np.interp(times, truth[:, 0], column) for column in columns)])
+
+
+def pose_errors(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
+    """Return time [s], position error [m] and yaw error [rad] of each pose that is not before the first true pose."""
+    poses = poses[poses[:, 0] >= truth[0, 0]]
+    differences = poses - true_poses(truth, poses[:, 0])
+    yaw_error = np.remainder(differences[:, 3] + np.pi, 2.0 * np.pi) - np.pi
+    return poses[:, 0], np.hypot(differences[:, 1], differences[:, 2]), yaw_error
 
 
 @dataclass(frozen=True)
@@ -185,7 +204,7 @@ class MissionRecord:
     def summary(
         self,
         goals: int,
-        fixes: Mapping[str, Sequence[tuple[float, SE2]]],
+        poses: Mapping[str, Sequence[StampedNumbers]],
         commands: Sequence[tuple[float, str]],
         timing: Mapping[str, float],
     ) -> dict[str, object]:
@@ -193,7 +212,7 @@ class MissionRecord:
 
         Args:
             goals: number of goals of the mission.
-            fixes: time [s] and pose of all poses of each localizer and of the arbiter, by name.
+            poses: poses of each localizer and of the arbiter, by name.
             commands: time [s] and text of the commands of lamps.
             timing: durations by name [s].
         """
@@ -210,44 +229,25 @@ class MissionRecord:
             'path_length': self.path_length,
             'seconds': self.track[-1][0] if self.track else 0.0,
             'orders': [{'time': time, 'order': command} for time, command in commands],
-            'poses': {name: self._accuracy(poses) for name, poses in fixes.items()},
-            'zones': {zone: self._in_zone(zone, fixes) for zone in ZONES},
+            'poses': {name: self._accuracy(stamped) for name, stamped in poses.items()},
+            'zones': {zone: self._in_zone(zone, poses) for zone in ZONES},
             'timing': dict(timing),
         }
 
-    def true_pose(self, time: float) -> SE2 | None:
-        """Return the true pose at a time [s], interpolated; None before the first step."""
-        after = bisect_right(self.track, time, key=lambda entry: entry[0])
-        if after == 0:
-            return None
-        start, stop = self.track[after - 1], self.track[min(after, len(self.track) - 1)]
-        fraction = (time - start[0]) / (stop[0] - start[0]) if stop[0] > start[0] else 0.0
-        yaw_change = math.remainder(stop[3] - start[3], math.tau)
-        x, y = (start[k] + fraction * (stop[k] - start[k]) for k in (1, 2))
-        return SE2(x, y, start[3] + fraction * yaw_change)
-
-    def _accuracy(self, poses: Sequence[tuple[float, SE2]]) -> dict[str, float]:
-        errors = self._errors(poses, lambda _: True)
-        if not errors:
+    def _accuracy(self, poses: Sequence[StampedNumbers]) -> dict[str, float]:
+        _, errors, _ = pose_errors(as_array(poses), as_array(self.track))
+        if not len(errors):
             return {'count': 0}
-        return {
-            'count': len(errors),
-            'rmse': float(np.sqrt(np.mean(np.square(errors)))),
-            'median': float(np.median(errors)),
-            'worst': max(errors),
-        }
+        rmse = float(np.sqrt(np.mean(errors**2)))
+        return {'count': len(errors), 'rmse': rmse, 'median': float(np.median(errors)), 'worst': float(errors.max())}
 
-    def _in_zone(self, zone: str, fixes: Mapping[str, Sequence[tuple[float, SE2]]]) -> dict[str, object]:
-        inside = ZONES[zone]
+    def _in_zone(self, zone: str, poses: Mapping[str, Sequence[StampedNumbers]]) -> dict[str, object]:
+        inside, truth, found = ZONES[zone], as_array(self.track), dict[str, Array]()
         seconds = sum(b[0] - a[0] for a, b in pairwise(self.track) if inside.contains(a[1], a[2]))
-        counts = {
-            name: len(self._errors(poses, lambda pose: inside.contains(pose.x, pose.y)))
-            for name, poses in fixes.items()
-        }
-        worst = self._errors(fixes['pose_arbiter'], lambda pose: inside.contains(pose.x, pose.y))
-        return {'seconds': seconds, 'poses': counts, 'worst_fused_error': max(worst, default=0.0)}
-
-    def _errors(self, poses: Sequence[tuple[float, SE2]], is_selected: Callable[[SE2], bool]) -> list[float]:
-        """Return the position errors [m] of the poses whose true pose satisfies a condition."""
-        pairs = ((pose, self.true_pose(time)) for time, pose in poses)
-        return [pose.distance_to(truth) for pose, truth in pairs if truth is not None and is_selected(truth)]
+        for name, stamped in poses.items():
+            times, errors, _ = pose_errors(as_array(stamped), truth)
+            places = true_poses(truth, times)[:, 1:3].tolist()
+            found[name] = errors[[inside.contains(x, y) for x, y in places]]
+        counts = {name: len(errors) for name, errors in found.items()}
+        worst = float(found['pose_arbiter'].max(initial=0.0))
+        return {'seconds': seconds, 'poses': counts, 'worst_fused_error': worst}

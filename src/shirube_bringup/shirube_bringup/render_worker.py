@@ -18,18 +18,12 @@ from shirube_core.geometry import SE2
 from shirube_core.waveform import Waveform
 
 Picture = NDArray[Any]
-_sensors: list[MissionSensors] = []
-"""Sensors of the worker process (at most one element)."""
+_sensors: list[MissionSensors] = []  # sensors of the worker process (at most one element)
 
 
 @dataclass(frozen=True)
 class PiecewisePath:
-    """The true motion during an exposure.
-
-    Attributes:
-        times: times, shape (n,), increasing [s].
-        poses: ``T_map_base`` at these times.
-    """
+    """The true motion in an exposure: rising times, (n,) [s], and ``T_map_base`` at them."""
 
     times: tuple[float, ...]
     poses: tuple[SE2, ...]

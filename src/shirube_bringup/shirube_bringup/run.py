@@ -31,9 +31,7 @@ from shirube_core.geometry import SE2
 from shirube_ros.node import node_executor
 from vlc_beacon.files.authorization_files import read_key
 
-_START_TIMEOUT = 600.0
-"""Start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]."""
-
+_START_TIMEOUT = 600.0  # start timeout of the nodes, which load maps and, at the first start, compile numba kernels [s]
 _WHEELS = 9
 PARAMETERS_WRITTEN = 'parameter files are written; waiting for the nodes'
 """Printed when nodes that are launched elsewhere can start."""
@@ -120,14 +118,12 @@ def _make_outcome(
 ) -> tuple[dict[str, Any], MissionTraces]:
     timing = {'start': ready - began, 'drive': finished - ready, 'whole': monotonic() - began}
     subscribers, record, layout = mission.subscribers, mission.record, mission.sensors.layout
-    fixes = {**subscribers.fixes, 'pose_arbiter': subscribers.fused}
+    stamped = {**subscribers.fixes, 'pose_arbiter': subscribers.fused, ODOMETRY: subscribers.odometry}
+    poses = {name: [(time, pose.x, pose.y, pose.yaw) for time, pose in each] for name, each in stamped.items()}
+    fixes = {name: each for name, each in poses.items() if name != ODOMETRY}
     summary = record.summary(len(layout.goals), fixes, subscribers.commands, timing)
     summary['late_steps'] = mission.steps.late_steps
     summary['exit_codes'] = mission.processes.exit_codes
-    poses = {
-        name: [(time, pose.x, pose.y, pose.yaw) for time, pose in stamped]
-        for name, stamped in {**fixes, ODOMETRY: subscribers.odometry}.items()
-    }
     seconds = max(1e-3 * mission.steps.now, 1e-3)
     traces = MissionTraces(
         layout,

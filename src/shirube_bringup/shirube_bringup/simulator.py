@@ -52,16 +52,11 @@ class CarriedController(EmulatedController):
         self._carried.append((self.time, T_world_base @ super().pose_at(self.time).inverse()))
 
 
-_WAY, _SPEED = 3.0, 0.8
-"""Length of a walker's way [m] and its speed [m/s]."""
+_WAY, _SPEED = 3.0, 0.8  # length of a walker's way [m] and its speed [m/s]
 
 
 class Interventions:
-    """Takes requests on ``/simulation/request`` (String, JSON) while the mission runs.
-
-    Attributes:
-        people: people whom the requests have put into the room.
-    """
+    """Takes requests on ``/simulation/request`` (String, JSON); ``people`` are those that were put into the room."""
 
     def __init__(self, node: Node, carry_to: Callable[[SE2], None]) -> None:
         """Subscribe; ``carry_to`` puts the robot somewhere else in the map."""
@@ -93,9 +88,7 @@ class Interventions:
             self.people.append(Pedestrian((x, y), end, 0.0 if what == 'obstacle' else _SPEED))
 
 
-STEP_MS = 20
-"""Time step of the simulation [ms]."""
-
+STEP_MS = 20  # time step of the simulation [ms]
 SUBSCRIBERS = {
     'floor': ('/floor_localizer',),
     'ceiling': ('/vlc_beacon',),
@@ -105,9 +98,7 @@ SUBSCRIBERS = {
 """Full names of the nodes that take the images of each sensor."""
 
 _CONTROLLERS = ('/reward_planner', '/reward_planner', '/collision_monitor', '/motor_bridge')
-_CONTROL_PERIOD_MS = 50
-"""Control period of the planner [ms]."""
-
+_CONTROL_PERIOD_MS = 50  # control period of the planner [ms]
 _RESPONSE_TIMEOUT = 60.0
 _MOTION_TIMEOUT, _SHORT_TIMEOUT = 1.0, 0.02
 """Timeouts for odometry [s]. The bridge drives its serial line in a thread, so only odometry shows that it is done."""

@@ -2,40 +2,37 @@
 
 import json
 from array import array
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped, Quaternion
+from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid, Odometry
 from numpy.typing import NDArray
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
-from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import Header, String
 
+from scene_simulator import messages
 from scene_simulator.mission.layout import BELLY_CAMERA, CEILING_CAMERA
 from scene_simulator.mission.sensors import DEPTH_CAMERA, STEREO_RIG
 from scene_simulator.robot.leg_drive import TiltReading
+from shirube_bags.bag_reader import jazzy_types
+from shirube_bags.stamps import NANOSECONDS
 from shirube_bringup.nodes import AREA
 from shirube_bringup.record import GridMap, StatusCount
 from shirube_bringup.render_worker import Picture
-from shirube_core.geometry import SE2, PinholeCamera
+from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
 from shirube_ros.message_conversion import planar_pose, pose_stamped
 from shirube_ros.quality_of_service import map_profile, pose_profile
 
-START_SECONDS = 1000
-"""ROS time at mission time 0 [s]; not 0, which means that simulated time has not started."""
-
-_TILT_VARIANCES = (1e-6, 1e-6, float(np.pi**2))
-"""Variances of roll, pitch and yaw, which the IMU does not measure [rad^2]."""
-
+START_SECONDS = 1000  # ROS time at mission time 0 [s]; not 0, which means that simulated time has not started
 _STEREO = STEREO_RIG.left.intrinsics
 _CAMERAS = {
     'floor': (('/floor/image_raw', BELLY_CAMERA.intrinsics, 0.0),),
@@ -52,6 +49,11 @@ def stamp_of(milliseconds: int) -> Time:
     return Time(sec=START_SECONDS + seconds, nanosec=1_000_000 * rest)
 
 
+def stamp_ns(milliseconds: int) -> int:
+    """Return the ROS stamp of a mission time [ms] in nanoseconds."""
+    return START_SECONDS * NANOSECONDS + 1_000_000 * milliseconds
+
+
 def mission_time(stamp: Time) -> float:
     """Return the mission time of a stamp [s]."""
     return float(stamp.sec - START_SECONDS + 1e-9 * stamp.nanosec)
@@ -65,40 +67,12 @@ def depth_image(depth: NDArray[np.float32], header: Header) -> Image:
     return Image(header=header, height=height, width=width, encoding='32FC1', is_bigendian=0, step=4 * width, data=data)
 
 
-def camera_info(camera: PinholeCamera, header: Header, baseline: float = 0.0) -> CameraInfo:
-    """Return the calibration of a rectified camera, ``baseline`` to the right of the left one of its pair [m]."""
-    projection = np.column_stack([camera.matrix, (-camera.fx * baseline, 0.0, 0.0)])
-    return CameraInfo(
-        header=header,
-        height=camera.height,
-        width=camera.width,
-        distortion_model=camera.model.value,
-        d=list(camera.distortion),
-        k=camera.matrix.ravel(),
-        r=np.eye(3).ravel(),
-        p=projection.ravel(),
-    )
-
-
-def imu(reading: TiltReading, header: Header) -> Imu:
-    """Return an IMU message with roll and pitch, without rates and accelerations."""
-    x, y, z, w = Rotation.from_euler('xyz', (reading.roll, reading.pitch, 0.0)).as_quat().tolist()
-    nothing = np.array([-1.0, *[0.0] * 8])
-    return Imu(
-        header=header,
-        orientation=Quaternion(x=x, y=y, z=z, w=w),
-        orientation_covariance=np.diag(_TILT_VARIANCES).ravel(),
-        angular_velocity_covariance=nothing,
-        linear_acceleration_covariance=nothing,
-    )
+def _serialized(message: Any) -> bytes:
+    return bytes(jazzy_types().serialize_cdr(message, message.__msgtype__))
 
 
 class MissionPublishers:
-    """All publishers of the simulation.
-
-    Attributes:
-        image_counts: number of images published per sensor.
-    """
+    """All publishers of the simulation; ``image_counts`` are the images published per sensor."""
 
     def __init__(self, node: Node) -> None:
         """Create the publishers."""
@@ -131,7 +105,7 @@ class MissionPublishers:
 
     def publish_imu(self, time: int, reading: TiltReading) -> None:
         """Publish an IMU reading at a time [ms]."""
-        self._imu.publish(imu(reading, Header(stamp=stamp_of(time), frame_id='base_link')))
+        self._imu.publish(_serialized(messages.imu(reading, 'base_link', stamp_ns(time))))
 
     def publish_images(self, sensor: str, time: int, pictures: Sequence[Picture]) -> None:
         """Publish the images of a sensor at a time [ms], each after its CameraInfo."""
@@ -140,7 +114,8 @@ class MissionPublishers:
             frame = f'{topic.split("/")[1]}_camera_optical_frame'
             header = Header(stamp=stamp_of(time), frame_id=frame)
             image, info = self._images[topic]
-            info.publish(camera_info(camera, header, baseline))
+            projection = np.column_stack([camera.matrix, (-camera.fx * baseline, 0.0, 0.0)])
+            info.publish(_serialized(messages.camera_info(camera, frame, stamp_ns(time), projection=projection)))
             to_message = depth_image if picture.dtype.kind == 'f' else image_from_array
             image.publish(to_message(picture, header))
 
@@ -150,15 +125,15 @@ LOCALIZERS = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 
 
 class StampedPose(NamedTuple):
-    """A pose published by a node.
-
-    Attributes:
-        time: stamp in mission time [s].
-        pose: ``T_map_base``, or ``T_odom_base`` of the wheels.
-    """
+    """A published pose at a mission time [s]: ``T_map_base``, or ``T_odom_base`` of the wheels."""
 
     time: float
     pose: SE2
+
+
+def _keep_pose(poses: list[StampedPose], topic: str, message: Any) -> None:
+    pose = message.pose if isinstance(message, PoseStamped) else message.pose.pose
+    poses.append(StampedPose(mission_time(message.header.stamp), planar_pose(pose, topic)))
 
 
 class MissionSubscribers:
@@ -169,7 +144,6 @@ class MissionSubscribers:
         fused: fused poses of the arbiter.
         areas: areas that the arbiter published for floor_localizer.
         odometry: wheel odometry, in order of arrival.
-        odometry_time: stamp of the newest odometry [s].
         commands: commands of lamps, with the time of reception [s].
         planner: time [s] and text of the planner's latest status.
         trust: status counts of the arbiter, once a second.
@@ -178,21 +152,23 @@ class MissionSubscribers:
 
     def __init__(self, node: Node) -> None:
         """Subscribe."""
-        self.fixes: dict[str, list[StampedPose]] = defaultdict(list)
+        self.fixes: dict[str, list[StampedPose]] = {name: [] for name in LOCALIZERS}
         self.fused: list[StampedPose] = []
         self.areas: list[StampedPose] = []
         self.odometry: list[StampedPose] = []
-        self.odometry_time = -1.0
         self.commands: list[tuple[float, str]] = []
         self.planner: tuple[float, str] = (-1.0, '')
         self.trust: list[StatusCount] = []
         self.map: GridMap | None = None
         self._node = node
-        for name in LOCALIZERS:
-            self._subscribe(PoseWithCovarianceStamped, f'/{name}/pose_with_covariance', self._make_fix_callback(name))
-        self._subscribe(PoseStamped, '/pose_arbiter/pose', self._on_fused_pose)
-        self._subscribe(PoseWithCovarianceStamped, AREA, self._on_area)
-        self._subscribe(Odometry, '/odom', self._on_odometry)
+        kept: dict[str, tuple[type, list[StampedPose]]] = {
+            **{f'/{name}/pose_with_covariance': (PoseWithCovarianceStamped, self.fixes[name]) for name in LOCALIZERS},
+            '/pose_arbiter/pose': (PoseStamped, self.fused),
+            AREA: (PoseWithCovarianceStamped, self.areas),
+            '/odom': (Odometry, self.odometry),
+        }
+        for topic, (kind, poses) in kept.items():
+            self._subscribe(kind, topic, partial(_keep_pose, poses, topic))
         self._subscribe(String, '/vlc_beacon/command', self._on_command)
         self._subscribe(DiagnosticArray, '/diagnostics', self._on_diagnostics)
         node.create_subscription(OccupancyGrid, '/reward_planner/map', self._on_map, map_profile())
@@ -200,24 +176,10 @@ class MissionSubscribers:
     def _subscribe(self, kind: type, topic: str, callback: object) -> None:
         self._node.create_subscription(kind, topic, callback, pose_profile())
 
-    def _make_fix_callback(self, name: str) -> object:
-        def callback(message: PoseWithCovarianceStamped) -> None:
-            pose = planar_pose(message.pose.pose, name)
-            self.fixes[name].append(StampedPose(mission_time(message.header.stamp), pose))
-
-        return callback
-
-    def _on_fused_pose(self, message: PoseStamped) -> None:
-        pose = planar_pose(message.pose, 'pose')
-        self.fused.append(StampedPose(mission_time(message.header.stamp), pose))
-
-    def _on_area(self, message: PoseWithCovarianceStamped) -> None:
-        pose = planar_pose(message.pose.pose, AREA)
-        self.areas.append(StampedPose(mission_time(message.header.stamp), pose))
-
-    def _on_odometry(self, message: Odometry) -> None:
-        self.odometry_time = mission_time(message.header.stamp)
-        self.odometry.append(StampedPose(self.odometry_time, planar_pose(message.pose.pose, 'odom')))
+    @property
+    def odometry_time(self) -> float:
+        """Stamp of the newest odometry [s], -1 before the first."""
+        return self.odometry[-1].time if self.odometry else -1.0
 
     def _on_command(self, message: String) -> None:
         command = json.loads(message.data)

@@ -47,7 +47,7 @@ def test_a_touch_spoils_it_and_counts_once_until_it_ends():
 
 def test_poses_are_compared_with_the_truth_of_their_time_and_counted_by_zone():
     record = record_of(GOOD)
-    poses = {'pose_arbiter': [(0.25, SE2(6.125, 3.503, 0.0))], 'vlc_beacon': [(-1.0, SE2(0, 0, 0))]}
+    poses = {'pose_arbiter': [(0.25, 6.125, 3.503, 0.0)], 'vlc_beacon': [(-1.0, 0.0, 0.0, 0.0)]}
     summary = record.summary(1, poses, [(1.0, 'slow 0.2')], {'whole': 3.0})
     assert DARK.contains(6.125, 3.5)
     assert summary['poses']['pose_arbiter']['worst'] == pytest.approx(0.003)

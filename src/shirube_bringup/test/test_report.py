@@ -10,11 +10,11 @@ import pytest
 
 from scene_simulator.mission.layout import mission_layout
 from shirube_bringup.commands.picture import main as picture
-from shirube_bringup.record import GoalRecord, GridMap, MissionRecord, MissionTraces, StatusCount
+from shirube_bringup.record import GoalRecord, GridMap, MissionRecord, MissionTraces, StatusCount, as_array, pose_errors
 from shirube_bringup.report import moving_picture
 from shirube_bringup.report.page import PICTURES, goal_table, page, write_report
 from shirube_bringup.report.replay import replay_data
-from shirube_bringup.report.trace_errors import align_to_map, as_array, pose_errors, zone_spans
+from shirube_bringup.report.trace_errors import align_to_map, zone_spans
 from shirube_core.geometry import SE2
 
 pytestmark = pytest.mark.newest_set_only
@@ -30,11 +30,10 @@ def mission(*goals: GoalRecord, collision_at: float = math.inf) -> tuple[dict[st
         time = 0.02 * k
         clearance = -0.01 if abs(time - collision_at) < 0.1 else 0.3
         record.add_step(time, SE2(1.0 + 0.2 * time, 3.5, 0.0), clearance)
-    fused = [(0.1 * k, SE2(1.0 + 0.02 * k, 3.503, 0.0)) for k in range(100 * len(goals))]
-    fixes = {'pose_arbiter': fused, 'vlc_beacon': fused[::2]}
-    summary = record.summary(3, fixes, [(4.0, 'slow 0.2')], {'start': 1.0, 'drive': 20.0, 'whole': 22.0})
-    poses = {name: [(t, pose.x, pose.y, pose.yaw) for t, pose in list_] for name, list_ in fixes.items()}
-    poses['odometry'] = [(t, 0.02 * k, 0.0, 0.0) for k, (t, _) in enumerate(fused)]
+    fused = [(0.1 * k, 1.0 + 0.02 * k, 3.503, 0.0) for k in range(100 * len(goals))]
+    poses = {'pose_arbiter': fused, 'vlc_beacon': fused[::2]}
+    summary = record.summary(3, poses, [(4.0, 'slow 0.2')], {'start': 1.0, 'drive': 20.0, 'whole': 22.0})
+    poses['odometry'] = [(t, 0.02 * k, 0.0, 0.0) for k, (t, *_) in enumerate(fused)]
     trust = [StatusCount(float(k), 'vlc_beacon', 'used', 10 * k) for k in range(1, 20)]
     trust += [StatusCount(float(k), 'vlc_beacon', 'gated', 5 * k) for k in range(8, 20)]
     traces = MissionTraces(

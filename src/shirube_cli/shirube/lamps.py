@@ -16,8 +16,7 @@ from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 from vlc_beacon.files.beacons_file import load_beacons
 from vlc_beacon.node_settings import NodeSettings, authorizer_from_settings
 
-_RADIUS = 0.05
-"""Radius of the bright disc of a lamp that is given by its position only [m]."""
+_RADIUS = 0.05  # radius of the bright disc of a lamp that is given by its position only [m]
 
 
 def read(

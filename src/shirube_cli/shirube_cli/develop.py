@@ -16,9 +16,7 @@ _SCRIPT = 'source "$0/environment/ensure.bash"; forget_other_environments; ensur
 
 
 def install_development_packages() -> None:
-    """Complete the environment that ``./shirube`` made, or raise a CommandError; leave every other one as it
-    is.
-    """
+    """Complete the environment that ``./shirube`` made, or raise a CommandError; leave every other one as it is."""
     root = find_root()
     if Path(sys.prefix) != root / '.venv':
         return

@@ -7,7 +7,9 @@ import platform
 import sys
 from collections.abc import Sequence
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 
 import numpy as np
 
@@ -18,36 +20,6 @@ from shirube_bags.stamps import NANOSECONDS
 from shirube_cli.floor_picture import draw_floor_picture
 from shirube_cli.floor_replay import FloorAccuracy, FloorReplay, measure_accuracy, replay_floor_drive
 from shirube_core.files import write_text
-
-PAGE = """\
-<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<title>shirube: floor_localizer on {bag}</title>
-<style>
-body {{ font-family: sans-serif; max-width: 75rem; margin: 2rem auto; padding: 0 1rem; color: #1f2937; }}
-pre {{ background: #f3f4f6; padding: 1rem; overflow-x: auto; }}
-img {{ width: 100%; }}
-.passed {{ color: #166534; }} .failed {{ color: #b91c1c; }}
-</style>
-</head>
-<body>
-<h1>floor_localizer on {bag}</h1>
-<p class="{verdict}"><strong>{sentence}</strong></p>
-<pre>{figures}</pre>
-<img src="{picture}" alt="The track over the dots of the floor, and the errors over time">
-<p>{explanation}</p>
-<p>Made on {machine}.</p>
-</body>
-</html>
-"""
-EXPLANATION = (
-    'A recorded drive was replayed over Fast DDS through the live node, which saw only the images, the '
-    'calibration and the wheel odometry. Its poses are compared with the true drive as they are, without '
-    'any alignment. Shaded: dirt hides the floor there, so no pose is expected; the node may stay silent '
-    'but must not be wrong.'
-)
 
 
 def figures_as_text(replay: FloorReplay, accuracy: FloorAccuracy) -> str:
@@ -70,19 +42,18 @@ def sentence_on_limits(broken: Sequence[str]) -> str:
     return f'Outside the limits: {"; ".join(broken)}.' if broken else 'Within all limits.'
 
 
-def page(bag: str, picture: str, figures: str, broken: Sequence[str]) -> str:
-    """Return the report as an HTML page, with the picture in its folder and the limits that were not kept."""
+def page(bag: str, figures: str, broken: Sequence[str]) -> str:
+    """Return the report as an HTML page for a folder with `track.png`, with the limits that were not kept."""
     packages = ', '.join(f'{name} {version(name)}' for name in ('numpy', 'scipy', 'opencv-python-headless', 'numba'))
-    machine = f'{platform.platform()}, {processor_name()}, Python {sys.version.split()[0]}, {packages}'
-    return PAGE.format(
-        bag=html.escape(bag),
-        picture=html.escape(picture),
-        verdict='failed' if broken else 'passed',
-        sentence=html.escape(sentence_on_limits(broken)),
-        figures=html.escape(figures),
-        explanation=html.escape(EXPLANATION),
-        machine=html.escape(machine),
-    )
+    values = {
+        'bag': bag,
+        'verdict': 'failed' if broken else 'passed',
+        'sentence': sentence_on_limits(broken),
+        'figures': figures,
+        'machine': f'{platform.platform()}, {processor_name()}, Python {sys.version.split()[0]}, {packages}',
+    }
+    template = Template((files('shirube_cli') / 'floor_report.html').read_text())
+    return template.substitute({name: html.escape(value) for name, value in values.items()})
 
 
 def processor_name() -> str:
@@ -119,7 +90,7 @@ def demo_floor(root: Path, folder: Path, bag: Path | None = None) -> int:
     broken = exceeded_limits(accuracy.report, LIMITS)
     figures = figures_as_text(replay, accuracy)
     draw_floor_picture(folder / 'track.png', accuracy, load_dot_map(NodeSettings().map_path).points)
-    write_text(folder / 'report.html', page(bag.name, 'track.png', figures, broken))
+    write_text(folder / 'report.html', page(bag.name, figures, broken))
     write_text(folder / 'accuracy.json', json.dumps(report_to_dict(accuracy.report), indent=2) + '\n')
     print(f'{figures}\n{sentence_on_limits(broken)}\nReport: {folder / "report.html"}')
     return 1 if broken else 0

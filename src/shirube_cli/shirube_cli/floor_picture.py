@@ -84,14 +84,9 @@ def _draw_close_up(axes: Axes, accuracy: FloorAccuracy, dots: NDArray[np.float64
     corner = middle + Rotation.from_euler('z', yaw).apply([-VIEW / 2.0, -VIEW / 2.0, 0.0])[:2]
     view = Rectangle(tuple(corner), VIEW, VIEW, angle=math.degrees(yaw), fill=False, color=TRUTH)
     axes.add_patch(view)
-    axes.set(
-        aspect='equal',
-        xlim=(middle[0] - half[0], middle[0] + half[0]),
-        ylim=(middle[1] - half[1], middle[1] + half[1]),
-        xlabel='x [m]',
-        ylabel='y [m]',
-        title='Close-up at half time; the frame is what the camera sees at once',
-    )
+    x_limits, y_limits = zip(middle - half, middle + half, strict=True)
+    axes.set(aspect='equal', xlim=x_limits, ylim=y_limits, xlabel='x [m]', ylabel='y [m]')
+    axes.set_title('Close-up at half time; the frame is what the camera sees at once')
 
 
 def _mark_dirt(axes: Axes, accuracy: FloorAccuracy) -> None:

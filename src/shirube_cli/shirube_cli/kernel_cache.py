@@ -28,8 +28,7 @@ from shirube_core.files import exclusive_lock
 
 PROGRESS_FILE = 'SHIRUBE_PROGRESS'
 """Environment variable with the file in which the live view finds how far the compilers are."""
-_LINE_INTERVAL = 10.0
-"""Time between two lines where the output is not a terminal [s]."""
+_LINE_INTERVAL = 10.0  # time between two lines where the output is not a terminal [s]
 
 
 class Progress:
@@ -201,9 +200,7 @@ def source_folders(root: Path) -> dict[str, Path]:
 
 
 def copy_to_installed(cache: Path, root: Path, sets: Sequence[KernelSet] = KERNEL_SETS) -> None:
-    """Copy the machine code of compiled sets from the folder of ``compiled_kernels`` to what colcon
-    installed.
-    """
+    """Copy the machine code of compiled sets from the folder of ``compiled_kernels`` to what colcon installed."""
     for path in files_with_kernels(root / 'src'):
         package = path.relative_to(root / 'src').parts[0]
         module = path.relative_to(root / 'src' / package)

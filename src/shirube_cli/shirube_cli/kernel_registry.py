@@ -35,7 +35,7 @@ KERNEL_SETS = (
     KernelSet('floor_localizer', 'floor_localizer.localization.localizer_from_map_file', 'compile_kernels()', 134),
     KernelSet('stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 128),
     KernelSet('vlc_beacon_rolling', _LIGHT, "compile_kernels(ReceiverSettings('rolling'))", 21),
-    KernelSet('shirube_bringup', 'shirube_bringup.building', 'compile_kernels()', 29),
+    KernelSet('shirube_bringup', 'shirube_bringup.building', 'compile_kernels()', 28),
     KernelSet('reward_planner', 'reward_planner.core.compile_kernels', 'compile_default_kernels()', 32),
     KernelSet('collision_monitor', 'reward_planner.core.safety.compile_kernels', 'compile_kernels()', 19, demo=False),
     KernelSet('vlc_beacon_global', _LIGHT, "compile_kernels(ReceiverSettings('global'))", 2, demo=False),

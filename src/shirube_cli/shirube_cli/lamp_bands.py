@@ -10,8 +10,7 @@ from vlc_beacon.core.lamp_image.row_profile import row_profile
 from vlc_beacon.core.receiver.lamp_decoder import FLICKER_MIN
 from vlc_beacon.core.settings import LampSettings
 
-BANDS_MIN = 3
-"""Fewest changes between bright and dark along the rows; a half dark lamp has one or two."""
+BANDS_MIN = 3  # fewest changes between bright and dark along the rows; a half dark lamp has one or two
 _ANISOTROPY_MIN = 2.0
 """Least variation from row to row over that from column to column: a panel of single LEDs varies along both."""
 _DETECTOR = LampDetector(LampSettings(contrast_min=10.0, stripe_rows=20.0))

@@ -19,9 +19,7 @@ _KEY = re.compile(r'^(?P<indent> *)(?P<quote>[\'"]?)(?P<key>[^\s:#\'"{}\[\],&*!|
 
 
 def migrate(arguments: Sequence[str]) -> int:
-    """Rewrite files in place and print what changed; raise a CommandError if a file cannot be read or
-    rewritten.
-    """
+    """Rewrite files in place and print what changed; raise a CommandError if a file cannot be read or rewritten."""
     parser = argparse.ArgumentParser(
         prog='shirube migrate',
         description='Rename former parameters in ROS parameter files, and make their sections those of '

@@ -16,9 +16,7 @@ GRACE = 10.0
 def child_process(
     command: Sequence[str], environment: Mapping[str, str], log: Path | None
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """Run a command while the block runs, and end it with SIGINT at the end of the block; the log takes its
-    output.
-    """
+    """Run a command while the block runs, and end it with SIGINT at the end of the block; the log takes its output."""
     output = None if log is None else log.open('wb')
     child = subprocess.Popen(
         command,
@@ -52,11 +50,7 @@ class CommandError(RuntimeError):
 
 
 def find_home() -> Path:
-    """Return the repository that contains this package, or the files that pip installed beside it.
-
-    Raises:
-        CommandError: the files of the installed product are missing.
-    """
+    """Return the repository of this package, or what pip installed beside it; raise a CommandError if it is missing."""
     root = Path(__file__).resolve().parents[3]
     if is_clone(root):
         return root

@@ -23,9 +23,7 @@ USAGE = 'usage: shirube run <package> <executable> [arguments ... --ros-args ...
 
 
 def run(arguments: Sequence[str]) -> NoReturn:
-    """Replace this process by the executable that ``ros2 run`` would start; raise a CommandError if there is
-    none.
-    """
+    """Replace this process by the executable that ``ros2 run`` would start; raise a CommandError if there is none."""
     if len(arguments) < 2:
         raise CommandError(USAGE)
     package, executable, *rest = arguments

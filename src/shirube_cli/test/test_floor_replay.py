@@ -55,7 +55,7 @@ def test_report_shows_the_figures_and_the_reasons(bag: Path, replay: FloorReplay
     dots = np.random.default_rng(1).uniform(0.0, 2.0, (1000, 2))
     draw_floor_picture(tmp_path / 'track.png', accuracy, dots)
     assert [path.name for path in tmp_path.iterdir()] == ['track.png']
-    shown = page('a <bag>', 'track.png', figures, ['position_max is 1, more than the limit 0.5'])
+    shown = page('a <bag>', figures, ['position_max is 1, more than the limit 0.5'])
     assert 'a &lt;bag&gt;' in shown
     assert 'Outside the limits: position_max is 1' in shown
 

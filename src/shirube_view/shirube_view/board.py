@@ -11,8 +11,7 @@ from shirube_bags.bag_reader import jazzy_types
 from shirube_view.channels import Channel, Grid, Kind, jpeg, plain
 
 _LOG = logging.getLogger(__name__)
-_KEPT = 200
-"""Number of messages that wait for a page in a channel of which every message is shown."""
+_KEPT = 200  # number of messages that wait for a page in a channel of which every message is shown
 
 
 @dataclass
@@ -32,11 +31,7 @@ class Seen:
 
 
 class Board:
-    """Newest messages; `put` may be called from another thread than the rest.
-
-    Attributes:
-        counts: number of messages by channel.
-    """
+    """Newest messages, and their number by channel; `put` may be called from another thread than the rest."""
 
     def __init__(self) -> None:
         """Start empty."""

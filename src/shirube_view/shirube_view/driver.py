@@ -3,8 +3,7 @@
 from collections.abc import Hashable
 from threading import Lock
 
-_ZERO_TIME = 0.5
-"""Zero velocities are repeated for this long after a drive, then the topic is free for others [s]."""
+_ZERO_TIME = 0.5  # zero velocities are repeated for this long after a drive, then the topic is free for others [s]
 
 
 class Driver:

@@ -10,8 +10,7 @@ from shirube_view.channels import CHANNELS, RECORDED_PICTURES, Channel, Kind
 
 _LOOK_BACK = 2 * NANOSECONDS
 """After a jump, messages of this time before are shown; of maps, plans and goals the latest [ns]."""
-_STEP_MAX = 1.0
-"""Longest step of the time line between two updates [s]."""
+_STEP_MAX = 1.0  # longest step of the time line between two updates [s]
 
 
 class Recording:

@@ -10,8 +10,7 @@ from shirube_core.geometry import SE2
 from shirube_view.bag_process import BagProcess
 from shirube_view.view_node import SERVICES, ViewNode
 
-COORDINATE_MAX = 1e4
-"""Largest coordinate of a goal [m]."""
+COORDINATE_MAX = 1e4  # largest coordinate of a goal [m]
 SIMULATION = ('cover', 'lamps', 'kidnap', 'obstacle', 'walker', 'clear')
 
 
@@ -49,11 +48,7 @@ class Commands:
         self.node, self._recorder = node, recorder
 
     def do(self, page: Any, request: Mapping[str, Any]) -> str:
-        """Do what a page commands and return it in words, empty for what needs none.
-
-        Raises:
-            RequestError: the request is malformed or cannot be done.
-        """
+        """Do what a page commands; return it in words or empty, or raise a RequestError if it cannot be done."""
         node, kind = self.node, request['do']
         if kind == 'drive':
             forward, turn = (number(request, name, 1.0) for name in ('forward', 'turn'))

@@ -24,9 +24,7 @@ from shirube_view.channels import CHANNELS, Channel, Kind
 from shirube_view.driver import Driver
 from shirube_view.settings import ViewSettings
 
-_TICK = 0.05
-"""Period of commands and of opening and closing subscriptions [s]."""
-
+_TICK = 0.05  # period of commands and of opening and closing subscriptions [s]
 SERVICES = {
     'cancel': ('reward_planner/cancel',),
     'clear_map': ('reward_planner/clear_map',),
@@ -36,8 +34,7 @@ SERVICES = {
 _INITIAL_COVARIANCE = ((0.09, 0.0, 0.0), (0.0, 0.09, 0.0), (0.0, 0.0, 0.07))
 """Of an initial pose set by hand: 0.3 m and 15 degrees [m^2, rad^2]."""
 
-Answer = Callable[[str, bool], None]
-"""Takes the result of a service in words, and whether it succeeded."""
+Answer = Callable[[str, bool], None]  # takes the result of a service in words, and whether it succeeded
 
 
 class ViewNode(Node):

@@ -8,12 +8,11 @@ from typing import BinaryIO
 
 import numpy as np
 
-from floor_localizer.commands.options import add_mount_options, add_worker_options, task_runner
+from floor_localizer.commands.options import add_mount_options, add_worker_options, run_resumable, task_runner
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.mount_check import check_mount
 from floor_localizer.core.settings import SurveySettings
 from floor_localizer.core.survey.floor_survey import KnownLength, SurveyResult, scale_survey
-from floor_localizer.files.array_file import DISK_FULL_ERRORS
 from floor_localizer.files.dot_map_file import load_dot_map, save_csv
 from floor_localizer.survey_files.checkpoint import Checkpoint
 from floor_localizer.survey_files.survey_report import (
@@ -28,8 +27,6 @@ from shirube_bags.errors import ShirubeBagsError
 from shirube_core.command import add_settings, settings_from
 from shirube_core.files import atomic_write, exclusive_lock, remove_temporary_files, write_text
 from shirube_core.geometry import CameraMount
-from shirube_core.settings import SettingsError
-from shirube_ros.errors import CameraFileError
 
 RESULTS = ('observations.csv', 'images.csv', 'report.txt', 'map.png', 'residuals.png', 'map.csv')
 """Files that are written; the map is the last."""
@@ -41,29 +38,7 @@ _CELLS = 24
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, 1 when the drive cannot be surveyed or a file is bad, 130 when it is interrupted."""
     options = make_parser().parse_args(arguments)
-    try:
-        build_map(options)
-    except (FloorLocalizerError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
-        print(f'build_map: {fault}', file=sys.stderr)
-        return 1
-    except KeyboardInterrupt:
-        print('\nbuild_map: interrupted; give the same command again to resume', file=sys.stderr)
-        return 130
-    except BlockingIOError:
-        folder = options.out / 'checkpoint'
-        print(
-            f'build_map: {folder}: another survey is running there; wait for its end or choose another --out',
-            file=sys.stderr,
-        )
-        return 1
-    except OSError as fault:
-        place = fault.filename or options.out
-        remedy = 'choose a writable place'
-        if fault.errno in DISK_FULL_ERRORS:
-            remedy = 'free some and give the same command again to resume'
-        print(f'build_map: {place}: {fault.strerror}; {remedy}', file=sys.stderr)
-        return 1
-    return 0
+    return run_resumable('build_map', lambda: build_map(options), options.out, (ShirubeBagsError,))
 
 
 def build_map(options: argparse.Namespace) -> None:
@@ -128,16 +103,9 @@ def draw_survey(file: BinaryIO, result: SurveyResult) -> None:
     figure = Figure(figsize=(width + 1.6, height + 1.0), layout='constrained')
     axes = figure.add_subplot(aspect='equal', xlabel='x [m]', ylabel='y [m]', title=f'{len(points)} dots')
     area = float(np.clip(3e5 * np.prod(size / size.max()) / len(points) / 20.0, 0.3, 12.0))
-    shades = axes.scatter(
-        points[:, 0],
-        points[:, 1],
-        c=np.minimum(result.counts, _MAX_COUNT),
-        s=area,
-        cmap='viridis',
-        vmin=0,
-        vmax=_MAX_COUNT,
-        linewidths=0,
-    )
+    counts = np.minimum(result.counts, _MAX_COUNT)
+    x, y = points.T
+    shades = axes.scatter(x, y, area, counts, cmap='viridis', vmin=0, vmax=_MAX_COUNT, linewidths=0)
     axes.plot(*result.states[:, :2].T, '-', color='tab:red', linewidth=0.6, alpha=0.7, label='path of the robot base')
     figure.colorbar(shades, ax=axes, label=f'observations per dot ({_MAX_COUNT} or more: yellow)', shrink=0.7)
     figure.legend(loc='outside lower center')

@@ -26,11 +26,7 @@ _INITIAL_FOCAL_LENGTH = 1.0
 
 
 def save_mount(path: Path, mount: CameraMount, notes: Sequence[str]) -> None:
-    """Write ``camera_xyz`` and ``camera_rpy`` as a parameter file of the node, atomically, below comment lines.
-
-    Raises:
-        OSError: the file cannot be written.
-    """
+    """Write ``camera_xyz`` and ``camera_rpy`` as the node's parameter file below comment lines; raises `OSError`."""
     parameters = {
         'camera_xyz': [round(value, 6) for value in mount.xyz],
         'camera_rpy': [round(value, 6) for value in mount.rpy],

@@ -16,10 +16,8 @@ from floor_localizer.files.dot_map_file import load_dot_map
 from shirube_core.files import atomic_write
 
 _MAX_ARROWS = 1500
-_MAX_LENGTH = 1.5
-"""Maximum length of an arrow [lengths of the 95th percentile]."""
-_ARROW_LENGTH = 0.04
-"""Length of the arrow of the 95th percentile, as a fraction of the plot."""
+_MAX_LENGTH = 1.5  # maximum length of an arrow [lengths of the 95th percentile]
+_ARROW_LENGTH = 0.04  # length of the arrow of the 95th percentile, as a fraction of the plot
 
 
 def draw_comparison(file: BinaryIO, first: DotMap, second: DotMap, found: MapComparison) -> None:

@@ -70,15 +70,8 @@ def inspect(options: argparse.Namespace) -> None:
     if options.write is not None:
         write_indexed_map(options.write, dot_map, floor)
     points = list_places(floor.grid, view)
-    places: list[Place] = list(
-        tqdm(
-            inspect_places(floor, points, view, LocalizerSettings()),
-            total=len(points),
-            desc='places',
-            unit='place',
-            disable=None,
-        )
-    )
+    inspected = inspect_places(floor, points, view, LocalizerSettings())
+    places: list[Place] = list(tqdm(inspected, total=len(points), desc='places', unit='place', disable=None))
     print(places_report(places, view))
     if options.picture is not None:
         with atomic_write(options.picture) as file:

@@ -43,13 +43,7 @@ COLUMNS = (
 
 @dataclass(frozen=True)
 class LocatedImage:
-    """One image and its result.
-
-    Attributes:
-        name: name of the file or topic.
-        stamp_ns: time of the image [ns]; for files, their index in seconds.
-        result: the pose, the reason for no pose, or the error message of the image.
-    """
+    """Name and time [ns] (files: index in seconds) of an image, and its pose, or why it has none."""
 
     name: str
     stamp_ns: int

@@ -18,10 +18,8 @@ from floor_localizer.core.mat.page_layout import Layout, Mat, Page
 
 _INCH = 0.0254
 _HAIRLINE, _TEXT_SIZE = 0.3, 6.0  # [pt]
-_MARK = 0.004
-"""Length of a trim mark [m]."""
-_GAP = 0.0015
-"""Distance between the mat and the marks in the margin [m]."""
+_MARK = 0.004  # length of a trim mark [m]
+_GAP = 0.0015  # distance between the mat and the marks in the margin [m]
 _SCALE_BAR = 0.1
 
 

@@ -6,6 +6,7 @@ import argparse
 import logging
 import os
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor, as_completed
@@ -18,6 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.core.independent_tasks import InProcessRunner, Task, TaskRunner
+from floor_localizer.files.array_file import DISK_FULL_ERRORS
 from shirube_core import command
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import SettingsError
@@ -32,12 +34,36 @@ _WORKER_ENVIRONMENT = dict.fromkeys(('MKL_NUM_THREADS', 'OMP_NUM_THREADS', 'OPEN
 _WORKER_DIED = '{} (not enough memory?); run the same command again with fewer --workers: completed tasks are kept'
 
 
-def run_command(name: str, job: Callable[[], None], out: Path | None = None) -> int:
+def run_command(
+    name: str, job: Callable[[], None], out: Path | None = None, errors: tuple[type[Exception], ...] = ()
+) -> int:
     """Run a command; return 0, or 1 after one line about what is wrong with a file or an option.
 
-    ``out`` is named for errors of the system without a file.
+    ``out`` is named for errors of the system without a file, ``errors`` are further ones whose message is the line.
     """
-    return command.run_command(name, job, (FloorLocalizerError, CameraFileError, SettingsError), out)
+    return command.run_command(name, job, (FloorLocalizerError, CameraFileError, SettingsError, *errors), out)
+
+
+def run_resumable(name: str, job: Callable[[], None], out: Path, errors: tuple[type[Exception], ...] = ()) -> int:
+    """Run a command that keeps its completed tasks, as `run_command`; return 130 when it is interrupted."""
+
+    def work() -> None:
+        try:
+            job()
+        except BlockingIOError as fault:
+            reason = 'another survey is running there; wait for its end or choose another --out'
+            raise FloorLocalizerError(f'{out}: {reason}') from fault
+        except OSError as fault:
+            if fault.errno not in DISK_FULL_ERRORS:
+                raise
+            remedy = 'free some and give the same command again: completed tasks are kept'
+            raise FloorLocalizerError(f'{fault.filename or out}: disk full: {fault.strerror}; {remedy}') from fault
+
+    try:
+        return run_command(name, work, out, errors)
+    except KeyboardInterrupt:
+        print(f'\n{name}: interrupted; give the same command again to resume', file=sys.stderr)
+        return 130
 
 
 def add_mount_options(parser: argparse.ArgumentParser, xyz_help: str, rpy_help: str) -> None:

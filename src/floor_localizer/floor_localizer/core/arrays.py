@@ -8,5 +8,4 @@ Float32s = NDArray[np.float32]
 Ints = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 Complexes = NDArray[np.complex128]
-Pixels = NDArray[np.uint8]
-"""An image, shape (h, w) or (h, w, channels)."""
+Pixels = NDArray[np.uint8]  # an image, shape (h, w) or (h, w, channels)

@@ -49,12 +49,7 @@ class DetectedDots:
 
 @dataclass(frozen=True)
 class FloorPoints:
-    """Dots on the floor.
-
-    Attributes:
-        points: shape (n, 2), positions in the base frame [m].
-        sigmas: shape (n,), standard deviations along each axis [m].
-    """
+    """Dots on the floor: ``points`` in the base frame, (n, 2) [m], ``sigmas`` along each axis, (n,) [m]."""
 
     points: Floats
     sigmas: Floats
@@ -168,12 +163,7 @@ def _sort_within(x: Floats, y: Floats, i: int, limit: float, squared: Floats, ne
 
 @dataclass(frozen=True)
 class DotMap:
-    """All dots of a floor in the map frame.
-
-    Attributes:
-        points: shape (N, 2), centres of the dots [m].
-        diameters: shape (N,), diameters of the discs of equal area [m], NaN where unknown.
-    """
+    """All dots of a floor: centres in the map frame, (N, 2) [m], diameters of discs of equal area, (N,) [m] or NaN."""
 
     points: Floats
     diameters: Floats

@@ -195,13 +195,9 @@ class FloorLocalizer:
         return dots, FloorPoints(points[is_visible], sigmas)
 
     def _make_view(self, points: FloorPoints) -> ViewDots:
-        return make_view(
-            points.points,
-            float(np.sqrt(np.mean(points.sigmas**2))),
-            self._settings.tilt_tolerance / self._mount.xyz[2],
-            self._settings.scale_tolerance,
-            self._floor.density,
-        )
+        settings, sigma = self._settings, float(np.sqrt(np.mean(points.sigmas**2)))
+        tilt_rate = settings.tilt_tolerance / self._mount.xyz[2]
+        return make_view(points.points, sigma, tilt_rate, settings.scale_tolerance, self._floor.density)
 
     def _refine_pose(self, points: FloorPoints, start: ScoredPose, dots: DetectedDots, used_prior: bool) -> Fix | NoFix:
         """Fit the full model, starting from a pose of the search."""
@@ -219,18 +215,10 @@ class FloorLocalizer:
             return NoFix(NoFixReason.UNCERTAIN, f'match rate {match_rate:.0%} after the fit', dots)
         map_points = np.where(matched[:, None], self._floor.grid.points[matches], np.nan)
         x, y, yaw, scale, roll, pitch = (float(value) for value in state)
-        return Fix(
-            SE2(x, y, wrap_angle(yaw)),
-            covariance[:3, :3],
-            dots,
-            matched[: len(dots)],
-            map_points[: len(dots)],
-            match_rate,
-            scale,
-            (roll, pitch),
-            math.exp(max(start.log_chance, -700.0)),
-            used_prior,
-        )
+        pose, chance_alignments = SE2(x, y, wrap_angle(yaw)), math.exp(max(start.log_chance, -700.0))
+        matches_of_dots = matched[: len(dots)], map_points[: len(dots)]
+        found = pose, covariance[:3, :3], dots, *matches_of_dots, match_rate, scale, (roll, pitch)
+        return Fix(*found, chance_alignments, used_prior)
 
     def _explain_failure(
         self, view: ViewDots, search: SearchState, dots: DetectedDots, used_prior: bool, effort: float

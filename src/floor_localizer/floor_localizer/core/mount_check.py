@@ -8,11 +8,7 @@ _MIN_SLOPE = 0.1
 
 
 def check_mount(mount: CameraMount) -> None:
-    """Reject a camera below the floor or one that does not look at it.
-
-    Raises:
-        FloorLocalizerError: invalid mount; the message names the parameter and the remedy.
-    """
+    """Raise a FloorLocalizerError for a camera below the floor or one that does not look at it."""
     height = mount.xyz[2]
     if height <= 0.0:
         raise FloorLocalizerError(

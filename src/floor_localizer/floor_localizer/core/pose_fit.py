@@ -234,9 +234,7 @@ def _match_dots(
 
 @njit(cache=True)
 def _residual_scale(mounted: MountedRays, state: Floats, matches: Ints, targets: Floats, sigmas: Floats) -> float:
-    """Return a lower confidence bound of the residuals over the dots' standard deviations, from the median, which is
-    robust to outliers.
-    """
+    """Return a lower confidence bound of residuals over standard deviations, from the median (robust to outliers)."""
     ratios = np.empty(len(sigmas))
     count = 0
     for k in range(len(sigmas)):

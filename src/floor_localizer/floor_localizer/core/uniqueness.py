@@ -149,13 +149,9 @@ def _dots_in_view(grid: DotGrid, x: float, y: float, side: float) -> Floats:
 
 
 def _make_view(points: Floats, density: float, view_settings: ViewSettings, settings: LocalizerSettings) -> ViewDots:
-    return make_view(
-        points,
-        math.hypot(view_settings.dot_sigma, settings.map_sigma),
-        settings.tilt_tolerance / view_settings.view_size,
-        settings.scale_tolerance,
-        density,
-    )
+    sigma = math.hypot(view_settings.dot_sigma, settings.map_sigma)
+    tilt_rate = settings.tilt_tolerance / view_settings.view_size
+    return make_view(points, sigma, tilt_rate, settings.scale_tolerance, density)
 
 
 def _search(floor: IndexedMap, view: ViewDots, settings: LocalizerSettings) -> SearchState:

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from floor_localizer.core.errors import DotMapError, FloorLocalizerError
 from shirube_core.files import atomic_write, write_text
 
-DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Errors of the system when the disk is full."""
+DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # errors of the system when the disk is full
 
 
 def write_array(file: IO[bytes], array: NDArray[Any]) -> None:
@@ -60,11 +59,7 @@ class DiskArrayStore:
         return tuple(arrays)
 
     def memory_map(self, name: str) -> NDArray[Any]:
-        """Return the first array of number 0, read-only and memory-mapped.
-
-        Raises:
-            FloorLocalizerError: the file is not in this folder.
-        """
+        """Return the first array of number 0, read-only and memory-mapped; FloorLocalizerError if it is missing."""
         try:
             return np.asarray(np.load(self._path(name, 0), mmap_mode='r', allow_pickle=False))
         except FileNotFoundError as fault:
@@ -94,11 +89,7 @@ class PartsFolder:
         return self._folder / 'map'
 
     def begin(self, job: dict[str, Any]) -> None:
-        """Create the folder, or resume in it; ``job`` is everything that the result depends on.
-
-        Raises:
-            DotMapError: the folder holds another build.
-        """
+        """Create the folder, or resume in it; raise a DotMapError if its ``job``, all inputs, is another one."""
         path, text = self._folder / 'job.json', json.dumps(job, sort_keys=True)
         if not path.exists():
             write_text(path, text)

@@ -37,8 +37,7 @@ MAGIC = b'\x89DOTMAP\n'
 VERSION = 3
 _PREFIX = struct.Struct('<8sIII')
 _ALIGNMENT = 64
-HEADER_SIZE = 1 << 16
-"""Size of prefix and header, the offset of the first array [bytes]."""
+HEADER_SIZE = 1 << 16  # size of prefix and header, the offset of the first array [bytes]
 _REMEDY = 'write it again from its CSV with "inspect_map MAP.csv --write MAP.dotmap"'
 # The index must have been built with the parameters of the search, otherwise nothing would be found.
 _RULES = {
@@ -61,13 +60,7 @@ TYPES = {
 
 @dataclass(frozen=True)
 class BinaryMap:
-    """Content of the file.
-
-    Attributes:
-        floor: the dots with their index.
-        diameters: shape (N,) float32, diameters in the order of the grid's points [m], NaN if unknown; shape (0,) if
-            all are unknown.
-    """
+    """Dots with their index, and diameters in the order of the grid, (N,) float32 [m] or NaN; (0,) if all unknown."""
 
     floor: IndexedMap
     diameters: Float32s
@@ -91,13 +84,7 @@ def save_binary(path: Path, binary_map: BinaryMap) -> None:
 
 @dataclass(frozen=True)
 class ArrayLocation:
-    """Type, shape and location of an array in the file.
-
-    Attributes:
-        dtype: numpy type.
-        shape: shape of the array.
-        offset: offset of the first byte in the file [bytes].
-    """
+    """Type, shape and offset [bytes] of an array in the file."""
 
     dtype: str
     shape: tuple[int, ...]
@@ -124,11 +111,7 @@ def file_size(locations: Mapping[str, ArrayLocation]) -> int:
 
 
 def header_bytes(path: Path, locations: Mapping[str, ArrayLocation], binary_map: BinaryMap) -> bytes:
-    """Return prefix and header of a map's file.
-
-    Raises:
-        DotMapError: the names of the levels are too long.
-    """
+    """Return prefix and header of a map's file; raise a DotMapError if the names of its levels are too long."""
     header = {
         'rules': _RULES,
         'numbers': {name: value for name, value in _values_of(binary_map).items() if name not in TYPES},
@@ -146,11 +129,7 @@ def header_bytes(path: Path, locations: Mapping[str, ArrayLocation], binary_map:
 
 
 def load_binary(path: Path) -> BinaryMap:
-    """Open a map; its arrays are read-only, memory-mapped views of the file.
-
-    Raises:
-        DotMapError: a file that is missing, truncated, corrupted, of another version, or no dot map.
-    """
+    """Open a map with read-only, memory-mapped arrays; raise a DotMapError for any file that is not one."""
     try:
         if path.stat().st_size < _PREFIX.size:
             raise DotMapError(f'{path}: is empty or truncated; {_REMEDY}')

@@ -92,9 +92,7 @@ def check_units(diameter: float, spacing: float, source: str) -> None:
 
 
 def find_duplicates(points: Floats, lower: Floats) -> tuple[int, int] | None:
-    """Return two dots at the same position, the earlier one first, or None; ``lower`` is the origin of the
-    quantization.
-    """
+    """Return two dots at the same position, the earlier one first, or None; steps count from ``lower``."""
     steps = np.round((points - lower) / _SAME_PLACE).astype(np.int64)
     order = np.lexsort(steps.T)
     duplicates = (np.diff(steps[order], axis=0) == 0).all(axis=1)
@@ -105,11 +103,7 @@ def find_duplicates(points: Floats, lower: Floats) -> tuple[int, int] | None:
 
 
 def load_csv(path: Path) -> DotMap:
-    """Load a map.
-
-    Raises:
-        DotMapError: a file that is missing, empty, malformed or no map of dots in metres.
-    """
+    """Load a map; raise a DotMapError for a file that is missing, malformed or no map of dots in metres."""
     lines = _read_lines(path)
     if not any(lines):
         raise DotMapError(f'{path}: is empty; write the header "{HEADER}" and one dot per line, in metres')
@@ -144,11 +138,7 @@ def _read_lines(path: Path) -> list[str]:
 
 
 def check_header(path: Path, head: bytes) -> None:
-    """Check that the first line of a file is the header of a dot map.
-
-    Raises:
-        DotMapError: another header, which the message quotes.
-    """
+    """Check that a file's first line is the header of a dot map; the DotMapError quotes another one."""
     _check_columns(path, head.decode('utf-8-sig', 'replace').strip())
 
 
@@ -199,43 +189,27 @@ def _parse_row(where: str, row: str) -> list[float]:
 
 
 def load_indexed_map(path: Path) -> IndexedMap:
-    """Load a map with its index: the binary format is memory-mapped, a CSV is indexed (about a second).
-
-    Raises:
-        DotMapError: a file that is missing, malformed or no map of dots in metres.
-    """
+    """Load a map with its index: the binary format is memory-mapped, a CSV indexed (about a second)."""
     if _is_binary(path):
         return load_binary(path).floor
     return index_map(load_csv(path))
 
 
 def load_dot_map(path: Path) -> DotMap:
-    """Load the dots only.
-
-    Raises:
-        DotMapError: a file that is missing, malformed or no map of dots in metres.
-    """
+    """Load the dots only; errors as `load_csv`."""
     if not _is_binary(path):
         return load_csv(path)
     return extract_dots(load_binary(path))
 
 
 def load_dots_and_index(path: Path) -> tuple[DotMap, IndexedMap]:
-    """Load the dots and the index, faster than with two calls.
-
-    Raises:
-        DotMapError: a file that is missing, malformed or no map of dots in metres.
-    """
+    """Load the dots and the index, faster than with two calls; errors as `load_csv`."""
     dot_map = load_dot_map(path)
     return dot_map, load_binary(path).floor if _is_binary(path) else index_map(dot_map)
 
 
 def write_indexed_map(path: Path, dot_map: DotMap, floor: IndexedMap) -> None:
-    """Write a map, with its index from `index_map`, in the binary format, atomically.
-
-    Raises:
-        DotMapError: the file cannot be written.
-    """
+    """Write a map and its index from `index_map` in the binary format, atomically; raises `DotMapError`."""
     _, order = build_dot_grid(dot_map.points)
     diameters = dot_map.diameters[order].astype(np.float32)
     save_binary(path, BinaryMap(floor, diameters if np.isfinite(diameters).any() else diameters[:0]))

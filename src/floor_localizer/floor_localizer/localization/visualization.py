@@ -49,9 +49,7 @@ def delete_markers(header: Header) -> MarkerArray:
 
 
 def debug_picture(pixels: Pixels, result: Fix | NoFix) -> Pixels:
-    """Return the image in blue, green, red with matched dots green, unmatched ones red, and the pose or why
-    there is none.
-    """
+    """Return the image in BGR with matched dots green, unmatched ones red, and the pose or why there is none."""
     picture = np.array(cv2.cvtColor(pixels, cv2.COLOR_GRAY2BGR) if pixels.ndim == 2 else pixels, dtype=np.uint8)
     if isinstance(result, Fix):
         _draw_rings(picture, result.dots, result.matched)

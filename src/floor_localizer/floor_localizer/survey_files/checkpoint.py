@@ -45,8 +45,7 @@ def code_version() -> str:
     return f'sources {digest.hexdigest()[:16]}, {libraries}'
 
 
-Detection = DetectedDots | str
-"""The dots of an image, or why it cannot be used."""
+Detection = DetectedDots | str  # the dots of an image, or why it cannot be used
 
 
 class Checkpoint:
@@ -88,11 +87,7 @@ class Checkpoint:
         return self._folder / 'images.bin'
 
     def create_store(self) -> DiskArrayStore:
-        """Return an empty array store for the pose graph and the adjustment; remove the previous ones.
-
-        Raises:
-            OSError: the folder cannot be written to.
-        """
+        """Return an empty array store for graph and adjustment; remove the previous ones; raises `OSError`."""
         self.remove_stores()
         self._stores_folder.mkdir(parents=True)
         # A unique name, because tasks of a killed run may still be running on a cluster.
@@ -138,21 +133,11 @@ class Checkpoint:
         content = self._load(f'submaps_{span:05d}.npz')
         if content is None:
             return None
-        return [
-            Submap(
-                content[f'{k}_images'],
-                content[f'{k}_states'],
-                content[f'{k}_dots'],
-                content[f'{k}_counts'],
-                bool(content[f'{k}_linked']),
-            )
-            for k in range(int(content['number']))
-        ]
-
-    def count_submaps(self, span: int) -> int:
-        """Return the number of saved submaps of a span of images."""
-        content = self._load(f'submaps_{span:05d}.npz', 'number')
-        return 0 if content is None else int(content['number'])
+        submaps = []
+        for k in range(int(content['number'])):
+            images, states, dots, counts = (content[f'{k}_{name}'] for name in ('images', 'states', 'dots', 'counts'))
+            submaps.append(Submap(images, states, dots, counts, bool(content[f'{k}_linked'])))
+        return submaps
 
     def save_submaps(self, span: int, submaps: Sequence[Submap]) -> None:
         """Save the submaps of a span of images; raises `OSError`."""
@@ -164,10 +149,10 @@ class Checkpoint:
             }  # fmt: skip
         self._save(f'submaps_{span:05d}.npz', **arrays)
 
-    def _load(self, name: str, *wanted: str) -> dict[str, NDArray[Any]] | None:
+    def _load(self, name: str) -> dict[str, NDArray[Any]] | None:
         try:
             with np.load(self._folder / name, allow_pickle=False) as content:
-                return {key: content[key] for key in wanted or content} or None
+                return {key: content[key] for key in content} or None
         except _CORRUPTED:
             return None  # not finished, or corrupted: computed again
 

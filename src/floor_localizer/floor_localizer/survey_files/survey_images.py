@@ -24,12 +24,7 @@ _ROW = _COLUMNS * np.dtype(np.float64).itemsize
 
 @dataclass(frozen=True)
 class Frame:
-    """Reference to an image that is not read yet.
-
-    Attributes:
-        name: human-readable name.
-        T_odom_base: pose of the robot by odometry.
-    """
+    """An image that is not read yet: its human-readable name, and the robot's pose by odometry."""
 
     name: str
     T_odom_base: SE2
@@ -37,12 +32,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class FileImageBatch:
-    """Image files.
-
-    Attributes:
-        files: index in the survey and path of each image.
-        camera: camera that took the images.
-    """
+    """Image files: index in the survey and path of each, and the camera that took them."""
 
     files: tuple[tuple[int, Path], ...]
     camera: PinholeCamera

@@ -10,8 +10,7 @@ from floor_localizer.core.survey.floor_survey import SurveyResult
 from floor_localizer.survey_files.survey_run import SurveyRun
 from shirube_core.files import atomic_write, write_csv
 
-_BIN_WIDTH = 1e-8
-"""Finer than the reported digits of a residual [m]."""
+_BIN_WIDTH = 1e-8  # finer than the reported digits of a residual [m]
 _MAX_LISTED = 10
 
 

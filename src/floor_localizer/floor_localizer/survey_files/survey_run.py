@@ -25,8 +25,7 @@ from shirube_core.geometry import CameraMount
 
 _MIN_DOTS = 8
 IMAGES_PER_CHUNK = 40
-_MIN_USABLE_FRACTION = 0.5
-"""Smallest fraction of the images that must be usable."""
+_MIN_USABLE_FRACTION = 0.5  # smallest fraction of the images that must be usable
 
 
 def detect_dots(checkpoint: Checkpoint, chunk: int, batch: ImageBatch, names: Sequence[str]) -> None:
@@ -65,13 +64,7 @@ def build_span_submaps(
 
 @dataclass(frozen=True)
 class SurveyRun:
-    """A finished survey.
-
-    Attributes:
-        result: the map and the states of its images.
-        images: the usable images.
-        faults: one-line messages about images that could not be used.
-    """
+    """A finished survey: its result, the usable images, and one-line messages about those that were not usable."""
 
     result: SurveyResult
     images: PackedImages
@@ -160,12 +153,8 @@ def build_all_submaps(
 
 def _iterate_submaps(checkpoint: Checkpoint, spans: int) -> Iterator[Submap]:
     """Yield all submaps with a progress bar."""
-    total = sum(checkpoint.count_submaps(span) for span in range(spans))
-    with tqdm(total=total, desc='pose graph', disable=None) as bar:
-        for span in range(spans):
-            for submap in checkpoint.load_submaps(span) or ():
-                yield submap
-                bar.update()
+    for span in tqdm(range(spans), desc='pose graph', disable=None):
+        yield from checkpoint.load_submaps(span) or ()
 
 
 def _detect_dots(source: SurveySource, chosen: Sequence[int], checkpoint: Checkpoint, runner: TaskRunner) -> int:

@@ -53,11 +53,7 @@ class SurveyOdometry:
             self._buffer.add(stamp, SE2(*pose))
 
     def pose_at(self, stamp_ns: int, name: str) -> SE2:
-        """Return ``T_odom_base`` at a stamp; ``name`` is the image, for error messages.
-
-        Raises:
-            FloorLocalizerError: there is no odometry near this stamp.
-        """
+        """Return ``T_odom_base`` at a stamp; the FloorLocalizerError without odometry there has the image's name."""
         pose = self._buffer.pose_at(stamp_ns)
         if isinstance(pose, NoPoseReason):
             time = 1e-9 * (stamp_ns - self._start)
@@ -148,13 +144,7 @@ class SurveySource(Protocol):
 
 
 class FolderSource:
-    """Images in a folder.
-
-    Attributes:
-        files: paths of the images.
-        frames: all images.
-        camera: camera that took them.
-    """
+    """Images in a folder, with the poses of a file, and the camera that took them."""
 
     def __init__(self, folder: Path, calibration: Path, odometry: Path) -> None:
         """Read the poses of all images.
@@ -174,13 +164,7 @@ class FolderSource:
 
 
 class BagSource:
-    """The images of a bag, with its odometry and camera_info.
-
-    Attributes:
-        files: files of the bag.
-        frames: all images.
-        camera: camera that took them.
-    """
+    """The images of a bag, with its odometry and camera_info."""
 
     def __init__(self, path: Path, image: str | None, camera_info: str | None, odometry: str | None) -> None:
         """Read all stamps and poses.

@@ -12,11 +12,8 @@ from scene_simulator.errors import SceneError
 from shirube_core.geometry import matrix_from_rpy
 from shirube_core.waveform import Waveform, steady_light
 
-_RIM = 96
-"""Points of a round outline."""
-
-_GRID = 17
-"""Points along a side of a rectangle."""
+_RIM = 96  # points of a round outline
+_GRID = 17  # points along a side of a rectangle
 
 
 class ShapeKind(IntEnum):
@@ -29,11 +26,7 @@ class ShapeKind(IntEnum):
 
 @dataclass(frozen=True)
 class Disc:
-    """A round diffuser.
-
-    Attributes:
-        radius: [m].
-    """
+    """A round diffuser of a radius [m]."""
 
     radius: float = 0.0325
 
@@ -55,13 +48,7 @@ class Disc:
 
 @dataclass(frozen=True)
 class LedGrid:
-    """The paper's panel (3.1): 8 x 8 LEDs, whose outermost reach ``radius`` from the middle along x and y.
-
-    Attributes:
-        radius: half the panel's width [m].
-        led_radius: radius of one LED [m].
-        count: LEDs along a side.
-    """
+    """The paper's panel (3.1): 8 x 8 LEDs whose outermost reach ``radius`` from the middle along x and y [m]."""
 
     radius: float = 0.0325
     led_radius: float = 0.0025
@@ -90,12 +77,7 @@ class LedGrid:
 
 @dataclass(frozen=True)
 class Rectangle:
-    """A window, a tube or a square panel.
-
-    Attributes:
-        width: extent along the face's x [m].
-        length: extent along the face's y [m].
-    """
+    """A window, a tube or a square panel: extents along the face's x and y [m]."""
 
     width: float
     length: float

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
@@ -12,8 +11,8 @@ from scene_simulator.ceiling.lamp import CeilingLamp, Disc, LampShape, LedGrid, 
 from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.errors import SceneError, check_seed
 from scene_simulator.imaging.exposure import CameraClock, CameraPose, camera_pose
-from scene_simulator.robot.leg_drive import LegDrive, Suspension, TiltErrors, TiltReading, simulate_tilt
-from scene_simulator.robot.robot_drive import WheelErrors, WheelReading, simulate_wheel_readings
+from scene_simulator.robot.leg_drive import LegDrive, Suspension, TiltErrors
+from scene_simulator.robot.robot_drive import Route, SensorDrive, WheelErrors
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.waveform import Waveform, waveform_from_steps
 
@@ -23,14 +22,7 @@ GOOD_WHEEL_ERRORS = WheelErrors(left_scale=1.0195, right_scale=1.0205, slip=0.00
 FIRM_SUSPENSION = Suspension(heave=0.001, tilt=math.radians(1.0))
 """A body that heaves by a millimetre and tilts by up to a degree."""
 
-_IMAGE_NOISE, _CLOCK, _WHEELS, _TILT = range(4)
-
-
-class Route(Protocol):
-    """Where the robot truly is."""
-
-    def pose_at(self, time: float) -> SE2:
-        """Return ``T_map_base`` at a time [s]."""
+_IMAGE_NOISE, _CLOCK = range(2)
 
 
 @dataclass(frozen=True)
@@ -49,7 +41,7 @@ class LampFrame:
 
 
 @dataclass(frozen=True)
-class LampDrive:
+class LampDrive(SensorDrive):
     """Everything that is recorded on a drive; the same seed gives the same recording.
 
     Attributes:
@@ -64,6 +56,7 @@ class LampDrive:
         seed: seed of noise and errors; the suspension has a separate seed.
     """
 
+    WHEEL_STREAM, TILT_STREAM = 2, 3
     room: CeilingRoom
     route: Route
     camera: CeilingCamera = field(default_factory=CeilingCamera)
@@ -78,56 +71,29 @@ class LampDrive:
         """Refuse a negative seed with a SceneError."""
         check_seed(self.seed)
 
-    def pose_at(self, time: float) -> SE2:
-        """Return ``T_map_base`` at a time [s], its place and heading on the floor: the truth."""
-        return self.route.pose_at(time)
-
-    def tilt_at(self, time: float) -> tuple[float, float]:
-        """Return the true fixed-axis roll and pitch of ``base_link`` at a time [s] in [rad]."""
-        _, roll, pitch = self.suspension.motion_at(time).tolist()
-        return roll, pitch
-
     def camera_pose_at(self, time: float) -> CameraPose:
         """Return ``T_map_camera`` at a time [s]."""
         return camera_pose(self.pose_at(time), self.suspension.mount_at(time, self.mount))
 
     def frame_count(self, seconds: float) -> int:
         """Return how many frames ``frames`` yields."""
-        return len(self.clock.frames(seconds, self._rng(_CLOCK))[0])
+        return len(self.clock.frames(seconds, self.rng(_CLOCK))[0])
 
     def frames(self, seconds: float) -> Iterator[LampFrame]:
         """Yield the frames of the first seconds one by one, or raise SceneError if the time is not positive."""
-        starts, stamps = self.clock.frames(seconds, self._rng(_CLOCK))
+        starts, stamps = self.clock.frames(seconds, self.rng(_CLOCK))
         for index, (start, stamp) in enumerate(zip(starts.tolist(), stamps.tolist(), strict=True)):
-            noise = self._rng(_IMAGE_NOISE, index)
+            noise = self.rng(_IMAGE_NOISE, index)
             photo = self.camera.photograph(self.room, self.camera_pose_at, start, noise)
             yield LampFrame(stamp, photo, self.pose_at(start))
-
-    def odometry(self, seconds: float, period: float = 0.02) -> list[WheelReading]:
-        """Return the wheel odometry of the first seconds, a reading each period [s]."""
-        return simulate_wheel_readings(self.pose_at, seconds, period, self.wheels, self._rng(_WHEELS))
-
-    def tilt_readings(self, seconds: float, period: float = 0.01) -> list[TiltReading]:
-        """Return the inertial unit's tilt in the first seconds, a reading each period [s]."""
-        times = np.arange(0.0, seconds, period).tolist()
-        return simulate_tilt(self.tilt_at, times, self.tilt, self._rng(_TILT))
-
-    def _rng(self, *purpose: int) -> np.random.Generator:
-        return np.random.default_rng((self.seed, *purpose))
 
 
 PAPER_LAMPS = ((0.0, 0.0, 2.5), (0.0, 1.8, 2.5), (1.8, 0.0, 2.5), (1.8, 1.8, 2.5))
 """Places of the paper's panels (3.1) in the map frame [m]."""
 
-_STEPS = 64
-"""Steps in which a period of the mains' flicker is played."""
-
-LAMP_A, LAMP_B = 3, 2
-"""Indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)."""
-
-_OFFSET = 0.05
-"""Lateral distance between the legs and the lamps [m]."""
-
+_STEPS = 64  # steps in which a period of the mains' flicker is played
+LAMP_A, LAMP_B = 3, 2  # indices into ``PAPER_LAMPS``: A at (1.8, 1.8), B at (1.8, 0)
+_OFFSET = 0.05  # lateral distance between the legs and the lamps [m]
 _CORNER_RADIUS = 0.3
 
 

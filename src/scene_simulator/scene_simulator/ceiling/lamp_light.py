@@ -13,9 +13,7 @@ from scene_simulator.ceiling.lens import CeilingLens
 from scene_simulator.imaging.exposure import CameraMotion, CameraPose, Shutter
 from shirube_core.geometry import PinholeCamera
 
-_MAX_LAMP_MOTION = 0.7
-"""Smear of a lamp between two instants of an exposure [px]: its edges are softer."""
-
+_MAX_LAMP_MOTION = 0.7  # smear of a lamp between two instants of an exposure [px]: its edges are softer
 Window = tuple[slice, slice]
 
 
@@ -58,13 +56,8 @@ def project_lamp(
         row = min(max(float(pixels[0, 1]), 0.0), camera.height - 1.0)
         time = shutter.row_middle(stamp, row)
     area, centroid = _area_and_centroid(pixels[1:])
-    return LampProjection(
-        index,
-        time,
-        (float(pixels[0, 0]), float(pixels[0, 1])),
-        (float(centroid[0]), float(centroid[1])),
-        float(np.sqrt(area / np.pi)),
-    )
+    middle, centre = (float(pixels[0, 0]), float(pixels[0, 1])), (float(centroid[0]), float(centroid[1]))
+    return LampProjection(index, time, middle, centre, float(np.sqrt(area / np.pi)))
 
 
 def is_in_view(points_camera: NDArray[np.float64], camera: PinholeCamera) -> NDArray[np.bool_]:

@@ -14,8 +14,7 @@ from scene_simulator.ceiling.lamp import CeilingLamp, ShapeKind
 from scene_simulator.ceiling.lens import Blooming, edge_light, glow_light
 
 _DISC, _LED_GRID = int(ShapeKind.DISC), int(ShapeKind.LED_GRID)
-_DEEP, _FAR = -16.0, 40.0
-"""Distances from an edge, inside and outside, that need not be exact [px]."""
+_DEEP, _FAR = -16.0, 40.0  # distances from an edge, inside and outside, that need not be exact [px]
 
 
 @njit(cache=True)

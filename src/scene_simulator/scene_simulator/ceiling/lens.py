@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import PinholeCamera
 
-_MAX_SLOPE = 3.0
-"""Steepest edge that pixels still sample well [1/px]: as soft as 0.6 px of standard deviation make it."""
+_MAX_SLOPE = 3.0  # steepest edge that pixels still sample well [1/px]: as soft as 0.6 px of standard deviation make it
 
 
 @dataclass(frozen=True)
@@ -61,8 +60,7 @@ class Blooming:
         return np.asarray(glow + (1.0 - np.array(glow)) * edge).reshape(flat.shape)
 
 
-SHARP = Blooming(slope=_MAX_SLOPE, spread=0.0, glow=0.0)
-"""A lens without blooming."""
+SHARP = Blooming(slope=_MAX_SLOPE, spread=0.0, glow=0.0)  # a lens without blooming
 
 
 @njit(cache=True)
@@ -85,12 +83,7 @@ def glow_light(distance: float, parameters: tuple[float, float, float, float]) -
 
 @dataclass(frozen=True)
 class CeilingLens:
-    """A wide lens.
-
-    Attributes:
-        vignetting: fraction of the light that is missing in the corners, rising with the square of the distance.
-        blooming: the glow about bright lamps.
-    """
+    """A wide lens: fraction of the light that is missing in the corners (grows with the square), and its blooming."""
 
     vignetting: float = 0.3
     blooming: Blooming = field(default_factory=Blooming)

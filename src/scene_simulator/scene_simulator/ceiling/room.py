@@ -81,11 +81,8 @@ def occlude(
 
 
 _TILE = 1024
-_SPACING = 0.0046875
-"""Distance of the texture's samples [m]: the tile repeats after 4.8 m, eight panels."""
-
-_PANEL = 128
-"""Width of a ceiling panel [samples]: 0.6 m."""
+_SPACING = 0.0046875  # distance of the texture's samples [m]: the tile repeats after 4.8 m, eight panels
+_PANEL = 128  # width of a ceiling panel [samples]: 0.6 m
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,13 +184,7 @@ def _add(
 
 @dataclass(frozen=True)
 class CeilingRoom:
-    """Ceiling and lights.
-
-    Attributes:
-        lamps: every light, coded or not.
-        surface: the ceiling; none is black.
-        people: those who stand or walk under it.
-    """
+    """The lights, coded or not, the ceiling (none is black), and people under it."""
 
     lamps: tuple[CeilingLamp, ...] = ()
     surface: CeilingSurface | None = None

@@ -1,7 +1,6 @@
 """Commands of the corridor: record a drive with a stereo rig as a bag with ground truth, write what the rig sees."""
 
 import argparse
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -9,15 +8,7 @@ import cv2
 import numpy as np
 
 from scene_simulator import messages
-from scene_simulator.commands.recording import (
-    Entry,
-    bag_parser,
-    imu_entries,
-    odometry_entries,
-    run_recording,
-    stamp_at,
-    write_entries,
-)
+from scene_simulator.commands.recording import Entry, bag_parser, run_recording, stamp_at, write_drive
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.stereo_drive import (
     RUNS,
@@ -29,6 +20,7 @@ from scene_simulator.corridor.stereo_drive import (
 )
 from scene_simulator.corridor.stereo_rig import StereoRig, raw_rig, render_pair
 from scene_simulator.errors import SceneError
+from shirube_core.command import run_command
 from shirube_core.files import write_text
 from shirube_core.geometry import SE2
 from shirube_ros.camera.files import calibration_text
@@ -62,12 +54,10 @@ def record_stereo_drive(drive: StereoDrive, path: Path, seconds: float) -> Itera
         BagError: the bag cannot be written.
         SceneError: the length is not positive.
     """
-    drive.frame_count(seconds)  # refuses a bad length
     name = 'image_rect' if drive.rig.is_rectified else 'image_raw'
+    drive.frame_count(seconds)  # refuses a bad length
     images = (entry for frame in drive.frames(seconds) for entry in _frame_entries(drive, frame, name))
-    odometry = odometry_entries(drive.odometry(seconds))
-    tilt = imu_entries(drive.tilt_readings(seconds))
-    return write_entries(path, f'/right/{name}/compressed', odometry, tilt, images)
+    return write_drive(path, drive, seconds, f'/right/{name}/compressed', images)
 
 
 def _frame_entries(drive: StereoDrive, frame: StereoFrame, name: str) -> Iterator[Entry]:
@@ -91,20 +81,13 @@ def render_stereo_pair(arguments: Sequence[str] | None = None) -> int:
     write; ``points.csv`` holds the true map position of each point that can be taught.
     """
     options = _pair_parser().parse_args(arguments)
-    try:
-        design = CorridorDesign(options.seed, people=options.people, needles=options.needles)
+
+    def work() -> None:
+        design = CorridorDesign(options.seed, people=options.people)
         _write_pair(options.folder, design, raw_rig() if options.raw else StereoRig(), SE2(*options.pose))
-    except SceneError as error:
-        print(f'render_stereo_pair: {error}', file=sys.stderr)
-        return 1
-    except OSError as error:
-        print(
-            f'render_stereo_pair: {options.folder}: cannot be written ({error.strerror}); choose a writable place',
-            file=sys.stderr,
-        )
-        return 1
-    print(f'{options.folder}: a pair of pictures from {options.pose}')
-    return 0
+        print(f'{options.folder}: a pair of pictures from {options.pose}')
+
+    return run_command('render_stereo_pair', work, (SceneError,), options.folder)
 
 
 def _write_pair(folder: Path, design: CorridorDesign, rig: StereoRig, T_map_base: SE2) -> None:
@@ -124,15 +107,9 @@ def _pair_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='render_stereo_pair', description=render_stereo_pair.__doc__)
     parser.add_argument('folder', type=Path, help='output folder; existing files are overwritten')
     parser.add_argument('--seed', type=int, default=0, help='seed of the corridor (default: %(default)s)')
-    parser.add_argument('--needles', type=int, default=0, help='seed of the meter readings (default: %(default)s)')
     parser.add_argument('--people', type=int, default=0, help='people in the corridor (default: %(default)s)')
-    parser.add_argument(
-        '--pose',
-        type=float,
-        nargs=3,
-        metavar=('X', 'Y', 'YAW'),
-        default=[TAUGHT_POSE.x, TAUGHT_POSE.y, TAUGHT_POSE.yaw],
-        help='pose of the robot in the map, whose plane x = 0 is the end wall [m, rad] (default: %(default)s)',
-    )
+    pose, names = [TAUGHT_POSE.x, TAUGHT_POSE.y, TAUGHT_POSE.yaw], ('X', 'Y', 'YAW')
+    about = 'pose of the robot in the map, whose plane x = 0 is the end wall [m, rad] (default: %(default)s)'
+    parser.add_argument('--pose', type=float, nargs=3, metavar=names, default=pose, help=about)
     parser.add_argument('--raw', action='store_true', help='raw (distorted) images instead of rectified ones')
     return parser

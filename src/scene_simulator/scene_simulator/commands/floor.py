@@ -1,13 +1,11 @@
-"""Commands of the floor: lay a floor and write its dot map, record the demo drive over it, write a view of it."""
+"""Commands of the floor: lay a floor and write its dot map, record the demo drive over it."""
 
 import argparse
 import math
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +21,7 @@ from scene_simulator.commands.recording import (
 from scene_simulator.errors import SceneError
 from scene_simulator.floor.demo_scene import DEMO_FLOOR_SEED, DemoScene
 from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, SURVEY_ERROR, generate_dot_floor, survey_floor
+from shirube_core.command import run_command
 from shirube_core.files import atomic_write
 
 CAMERA_FRAME = 'belly_camera_optical_frame'
@@ -31,57 +30,38 @@ DIRTY_FRACTION = 0.05
 
 _IMAGE_NOISE, _WHEEL_NOISE = 1, 2
 _IMAGE_PERIOD_NS = 100_000_000
-_ZOOM = 2
 
 
 def generate_floor(arguments: Sequence[str] | None = None) -> int:
     """``generate_floor``: lay a floor of random chips and write its dot map; by default the demo's floor."""
     options = _floor_parser().parse_args(arguments)
     design = replace(DARK_ON_LIGHT, size=tuple(options.size), count=options.count)
-    try:
-        floor = generate_dot_floor(design, options.seed)
-        dots = survey_floor(floor, options.survey_error, options.seed + 1)
+
+    def work() -> None:
+        dots = survey_floor(generate_dot_floor(design, options.seed), SURVEY_ERROR, options.seed + 1)
         write_dot_map(dots, options.map)
-    except SceneError as error:
-        print(f'generate_floor: {error}', file=sys.stderr)
-        return 1
-    width, length = design.size
-    print(f'{options.map}: {len(dots)} dots on {width} x {length} m')
-    return 0
+        print(f'{options.map}: {len(dots)} dots on {design.size[0]} x {design.size[1]} m')
+
+    return run_command('generate_floor', work, (SceneError,), options.map)
 
 
 def _floor_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog='generate_floor', description=generate_floor.__doc__)
     parser.add_argument('map', type=Path, help='CSV file to write: x,y,diameter in metres')
-    parser.add_argument(
-        '--size',
-        type=float,
-        nargs=2,
-        metavar=('X', 'Y'),
-        default=DARK_ON_LIGHT.size,
-        help='extent of the floor [m] (default: %(default)s)',
-    )
+    size, about = DARK_ON_LIGHT.size, 'extent of the floor [m] (default: %(default)s)'
+    parser.add_argument('--size', type=float, nargs=2, metavar=('X', 'Y'), default=size, help=about)
     parser.add_argument('--count', type=int, default=DARK_ON_LIGHT.count, help='number of chips (default: %(default)s)')
     parser.add_argument('--seed', type=int, default=DEMO_FLOOR_SEED, help='seed of the floor (default: %(default)s)')
-    parser.add_argument(
-        '--survey-error',
-        type=float,
-        default=SURVEY_ERROR,
-        help='standard deviation of the map along each axis [m] (default: %(default)s)',
-    )
     return parser
 
 
 def write_dot_map(dots: NDArray[np.float64], path: Path) -> None:
     """Write a dot map, shape (n, 3), as CSV with the header ``x,y,diameter``, complete or not at all.
 
-    Numbers are written to the micrometre; an existing file is replaced. A SceneError if it cannot be written.
+    Numbers are written to the micrometre; an existing file is replaced; raises `OSError`.
     """
-    try:
-        with atomic_write(path) as file:
-            np.savetxt(file, dots, fmt='%.6f', delimiter=',', header='x,y,diameter', comments='')
-    except OSError as error:
-        raise SceneError(f'{path}: cannot be written ({error.strerror}); choose a writable place') from error
+    with atomic_write(path) as file:
+        np.savetxt(file, dots, fmt='%.6f', delimiter=',', header='x,y,diameter', comments='')
 
 
 def record_floor_bag(arguments: Sequence[str] | None = None) -> int:
@@ -128,27 +108,3 @@ def _image_entries(scene: DemoScene, index: int, time_ns: int) -> Iterator[Entry
     yield stamp, '/dirt', 'std_msgs/msg/Bool', messages.flag(photo.dirt_fraction > DIRTY_FRACTION)
     yield stamp, '/camera_info', 'sensor_msgs/msg/CameraInfo', info
     yield stamp, '/image_raw/compressed', 'sensor_msgs/msg/CompressedImage', image
-
-
-def render_floor_view(arguments: Sequence[str] | None = None) -> int:
-    """``render_floor_view``: write a picture of what the demo robot's camera sees."""
-    parser = argparse.ArgumentParser(prog='render_floor_view', description=render_floor_view.__doc__)
-    parser.add_argument('picture', type=Path, help='picture to write (.png)')
-    parser.add_argument('--time', type=float, default=3.6, help='time of the demo drive [s] (default: %(default)s)')
-    options = parser.parse_args(arguments)
-    scene = DemoScene()
-    photo = scene.photograph(options.time, np.random.default_rng(scene.seed))
-    image = cv2.resize(photo.image, None, fx=_ZOOM, fy=_ZOOM, interpolation=cv2.INTER_NEAREST)
-    try:
-        is_written = cv2.imwrite(str(options.picture), image)
-    except cv2.error:
-        is_written = False
-    if not is_written:
-        print(
-            f'render_floor_view: {options.picture}: cannot be written; '
-            'choose a writable place and a name that ends in .png',
-            file=sys.stderr,
-        )
-        return 1
-    print(f'{options.picture}: the view at {options.time} s of the demo drive')
-    return 0

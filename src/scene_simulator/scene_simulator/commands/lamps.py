@@ -12,15 +12,7 @@ from scene_simulator import messages
 from scene_simulator.ceiling.camera import CeilingCamera
 from scene_simulator.ceiling.lamp import Disc, LedGrid
 from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, LampFrame, paper_run
-from scene_simulator.commands.recording import (
-    Entry,
-    bag_parser,
-    imu_entries,
-    odometry_entries,
-    run_recording,
-    stamp_at,
-    write_entries,
-)
+from scene_simulator.commands.recording import Entry, bag_parser, run_recording, stamp_at, write_drive
 from scene_simulator.errors import SceneError
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from shirube_core.files import write_text
@@ -33,16 +25,13 @@ GLOBAL = CeilingCamera(PinholeCamera(640, 512, 318.2, 318.2, 319.5, 255.5))
 ROLLING = CeilingCamera(shutter=Shutter(exposure=60e-6, row_time=18.9e-6))
 """A telephone's shutter behind the paper's optics at full resolution: a lamp must cover 16 rows."""
 
-REST = 5.0
-"""Two IDs and two commands of lamp A have then been played when the robot begins to turn there [s]."""
+REST = 5.0  # two IDs and two commands of lamp A have then been played when the robot begins to turn there [s]
 
 CLOCK_RATIO, JITTER = 1.00005, 5e-5
 """Clock rate of the camera relative to the lamps (50 ppm); the jitter of the stamps [s]."""
 
 CAMERA_FRAME = 'ceiling_camera_optical_frame'
 JPEG_QUALITY = 60
-_IMU_PERIOD = 0.02
-"""[s]"""
 
 
 def record_lamp_bag(arguments: Sequence[str] | None = None) -> int:
@@ -51,19 +40,12 @@ def record_lamp_bag(arguments: Sequence[str] | None = None) -> int:
     What the lamps send comes from waveform files, such as ``vlc_beacon encode --csv`` writes.
     """
     parser = bag_parser('record_lamp_bag', record_lamp_bag.__doc__, 39.0, 0, 'the room, noise and errors')
-    parser.add_argument(
-        'lamp',
-        nargs='+',
-        metavar='ID=FILE.csv',
-        help='ID and waveform of each lamp: at (0, 0), (0, 1.8), (1.8, 0) and (1.8, 1.8) m; '
-        'the last one is A, the one before B',
+    about = (
+        'ID and waveform of each lamp: at (0, 0), (0, 1.8), (1.8, 0) and (1.8, 1.8) m; the last one is A, before it B'
     )
-    parser.add_argument(
-        '--shutter',
-        default='global',
-        choices=('global', 'rolling'),
-        help='camera shutter; rolling: disc lamps, 30 Hz, full resolution (default: %(default)s)',
-    )
+    parser.add_argument('lamp', nargs='+', metavar='ID=FILE.csv', help=about)
+    about = 'camera shutter; rolling: disc lamps, 30 Hz, full resolution (default: %(default)s)'
+    parser.add_argument('--shutter', default='global', choices=('global', 'rolling'), help=about)
     options = parser.parse_args(arguments)
 
     def record() -> tuple[Iterator[int], int, str]:
@@ -109,13 +91,10 @@ def _load(path: Path) -> Waveform:
 def write_beacons(lamps: Sequence[tuple[int, tuple[float, float, float]]], radius: float, path: Path) -> None:
     """Write the lamps, ID and place [m] of each, and their radius [m] as the beacons file that vlc_beacon takes.
 
-    An existing file is replaced. A SceneError if it cannot be written.
+    An existing file is replaced; raises `OSError`.
     """
     rows = [f'  - {{id: {beacon}, xyz: [{x}, {y}, {z}], radius: {radius}}}\n' for beacon, (x, y, z) in lamps]
-    try:
-        write_text(path, ''.join(['beacons:\n', *rows]))
-    except OSError as error:
-        raise SceneError(f'{path}: cannot be written ({error.strerror}); choose a writable place') from error
+    write_text(path, ''.join(['beacons:\n', *rows]))
 
 
 def record_lamp_drive(drive: LampDrive, path: Path, seconds: float) -> Iterator[int]:
@@ -127,9 +106,7 @@ def record_lamp_drive(drive: LampDrive, path: Path, seconds: float) -> Iterator[
     """
     drive.frame_count(seconds)  # refuses a bad length
     images = (entry for frame in drive.frames(seconds) for entry in _image_entries(drive, frame))
-    odometry = odometry_entries(drive.odometry(seconds))
-    tilt = imu_entries(drive.tilt_readings(seconds, _IMU_PERIOD))
-    return write_entries(path, '/image_raw/compressed', odometry, tilt, images)
+    return write_drive(path, drive, seconds, '/image_raw/compressed', images)
 
 
 def _image_entries(drive: LampDrive, frame: LampFrame) -> Iterator[Entry]:

@@ -12,18 +12,14 @@ from tqdm import tqdm
 from scene_simulator import messages
 from scene_simulator.errors import SceneError
 from scene_simulator.robot.leg_drive import TiltReading
-from scene_simulator.robot.robot_drive import WheelErrors, WheelReading, simulate_odometry
+from scene_simulator.robot.robot_drive import SensorDrive, WheelErrors, WheelReading, simulate_odometry
 from shirube_bags.bag_writer import BagWriter
 from shirube_bags.errors import BagError
 from shirube_core.command import run_command
 from shirube_core.geometry import SE2
 
-START_NS = 1_780_000_000_000_000_000
-"""Stamp of the first message [ns since the epoch]."""
-
-Entry = tuple[int, str, str, object]
-"""Stamp [ns], topic, message type, message."""
-
+START_NS = 1_780_000_000_000_000_000  # stamp of the first message [ns since the epoch]
+Entry = tuple[int, str, str, object]  # stamp [ns], topic, message type, message
 _ODOMETRY_PERIOD_NS = 20_000_000
 
 
@@ -74,16 +70,23 @@ def odometry_of_drive(pose_at: Callable[[float], SE2], seconds: float, rng: np.r
         before = pose
 
 
-def odometry_entries(readings: Iterable[WheelReading]) -> Iterator[Entry]:
-    """Yield readings of the wheels."""
+def write_drive(path: Path, drive: SensorDrive, seconds: float, counted: str, images: Iterable[Entry]) -> Iterator[int]:
+    """Record images of a drive and what its wheels and inertial unit measure; arguments and errors as `write_entries`.
+
+    The length [s] is positive.
+    """
+    odometry, tilt = _odometry_entries(drive.odometry(seconds)), _imu_entries(drive.tilt_readings(seconds))
+    return write_entries(path, counted, odometry, tilt, images)
+
+
+def _odometry_entries(readings: Iterable[WheelReading]) -> Iterator[Entry]:
     for reading in readings:
         stamp = stamp_at(reading.time)
         message = messages.odometry(reading.pose, (reading.forward, reading.yaw_rate), stamp)
         yield stamp, '/odom', 'nav_msgs/msg/Odometry', message
 
 
-def imu_entries(readings: Iterable[TiltReading]) -> Iterator[Entry]:
-    """Yield readings of the inertial unit."""
+def _imu_entries(readings: Iterable[TiltReading]) -> Iterator[Entry]:
     for reading in readings:
         stamp = stamp_at(reading.time)
         yield stamp, '/imu', 'sensor_msgs/msg/Imu', messages.imu(reading, 'base_link', stamp)

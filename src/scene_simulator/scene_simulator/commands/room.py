@@ -19,14 +19,10 @@ from scene_simulator.commands.recording import (
 from scene_simulator.errors import SceneError
 from scene_simulator.room.room_drive import RoomDrive
 
-PICTURE_RATE, POSE_RATE = 5, 20
-"""[Hz]"""
+PICTURE_RATE, POSE_RATE = 5, 20  # [Hz]
 JPEG_QUALITY = 70
-RESOLUTION = 0.05
-"""Resolution of the true map [m]; cell borders are at its multiples."""
-HEIGHTS = (0.1, 1.2)
-"""Height range of the obstacles in the true map [m]."""
-
+RESOLUTION = 0.05  # resolution of the true map [m]; cell borders are at its multiples
+HEIGHTS = (0.1, 1.2)  # height range of the obstacles in the true map [m]
 _WHEEL_NOISE = 3
 _BORDER = 4  # cells of the true map outside of the room
 

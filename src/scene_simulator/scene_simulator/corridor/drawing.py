@@ -18,8 +18,7 @@ from scene_simulator.corridor.shapes import (
     rectangle_corners,
 )
 
-ADVANCE = 0.85
-"""Distance from one letter to the next, the height is 1."""
+ADVANCE = 0.85  # distance from one letter to the next, the height is 1
 
 # Strokes, separated by blanks, through grid points: 0 to 2 to the right and 0 to 4 up.
 _GLYPHS = {
@@ -57,8 +56,7 @@ _GLYPHS = {
     'X': '0024 0420',
     'Y': '041224 1210',
 }
-_SAGITTA = 1e-5
-"""Distance of a disc's chords from its circle [m]: at 2 m and f = 700 px less than 0.004 px."""
+_SAGITTA = 1e-5  # distance of a disc's chords from its circle [m]: at 2 m and f = 700 px less than 0.004 px
 
 
 def text_strokes(text: str) -> Iterator[NDArray[np.float64]]:
@@ -73,11 +71,7 @@ def text_strokes(text: str) -> Iterator[NDArray[np.float64]]:
 
 
 class Drawing:
-    """Shapes on one plane; places count from the drawing's own origin, right and up [m].
-
-    Attributes:
-        shapes: drawn shapes, bottom first.
-    """
+    """Shapes on one plane, bottom first; places count from the drawing's own origin, right and up [m]."""
 
     def __init__(self, surface: Surface, origin: PlanePoint = (0.0, 0.0)) -> None:
         """Begin an empty drawing about an origin on the plane [m]."""
@@ -142,13 +136,7 @@ def draw_screws(drawing: Drawing, low: PlanePoint, high: PlanePoint, radius: flo
 
 @dataclass(frozen=True)
 class WallObject:
-    """Something on a wall or another plane.
-
-    Attributes:
-        name: unique in the corridor.
-        surface: the plane.
-        position: where it is on the plane, right and up [m].
-    """
+    """Something with a unique name on a wall or another plane, at a position right and up on it [m]."""
 
     name: str
     surface: Surface

@@ -50,12 +50,7 @@ class Sign(WallObject):
 
 @dataclass(frozen=True)
 class RoundSign(WallObject):
-    """A round prohibition sign.
-
-    Attributes:
-        position: centre on the plane, right and up [m].
-        radius: [m].
-    """
+    """A round prohibition sign of a radius [m]; its position is its centre on the plane, right and up [m]."""
 
     radius: float = 0.11
 
@@ -76,13 +71,7 @@ class RoundSign(WallObject):
 
 @dataclass(frozen=True)
 class NoticeBoard(WallObject):
-    """A cork board with papers at random.
-
-    Attributes:
-        position: centre on the plane, right and up [m].
-        size: width and height [m].
-        seed: seed of the papers.
-    """
+    """A cork board of a width and height [m] about its position, with papers at random."""
 
     size: tuple[float, float] = (0.8, 0.6)
     seed: int = 0

@@ -12,9 +12,7 @@ from scene_simulator.corridor.shapes import Surface, facing_wall
 from scene_simulator.corridor.walls import CorridorShell
 from scene_simulator.errors import SceneError, check_seed
 
-METERS = 5
-"""As in the paper's experiment (5)."""
-
+METERS = 5  # as in the paper's experiment (5)
 _TEXTS = (
     ('EXIT',),
     ('DANGER', 'HIGH VOLTAGE'),
@@ -133,16 +131,9 @@ def _end_wall(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObjec
     lines = [_TEXTS[i] for i in rng.permutation(len(_TEXTS))]
     pipe_at = -mirror * (half - 0.12)
     inlet = mirror * (half - 1.34)
+    door_grey, number = float(rng.uniform(0.28, 0.5)), f'{rng.integers(10, 99)}'
     return [
-        Door(
-            'door',
-            wall,
-            (door_at, 0.0),
-            (0.86, 2.03),
-            float(rng.uniform(0.28, 0.5)),
-            f'{rng.integers(10, 99)}',
-            mirror > 0,
-        ),
+        Door('door', wall, (door_at, 0.0), (0.86, 2.03), door_grey, number, mirror > 0),
         Sign('sign_0', wall, (door_at, 2.22), (0.42, 0.18), ('EXIT',), True),
         NoticeBoard('board', wall, (board_at, float(rng.uniform(1.5, 1.6))), (0.8, 0.56), int(rng.integers(1000))),
         Cabinet(
@@ -163,17 +154,8 @@ def _cabinet(wall: Surface, rng: np.random.Generator) -> Cabinet:
     size = float(rng.uniform(0.85, 1.1)), float(rng.uniform(0.6, 0.72))
     position = float(rng.uniform(-0.1, 0.1)) - 0.5 * size[0], float(rng.uniform(0.5, 0.55))
     columns, label = int(rng.integers(3, 5)), f'MCC {rng.integers(1, 9)}'
-    return Cabinet(
-        'cabinet',
-        wall,
-        position,
-        size,
-        float(rng.uniform(0.08, 0.16)),
-        float(rng.uniform(0.35, 0.5)),
-        columns,
-        2,
-        label,
-    )
+    depth, grey = float(rng.uniform(0.08, 0.16)), float(rng.uniform(0.35, 0.5))
+    return Cabinet('cabinet', wall, position, size, depth, grey, columns, 2, label)
 
 
 def _side_walls(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObject]:
@@ -182,18 +164,12 @@ def _side_walls(shell: CorridorShell, rng: np.random.Generator) -> list[SceneObj
     for side, wall, towards in (('left', shell.left_wall, -1.0), ('right', shell.right_wall, 1.0)):
         first = float(rng.uniform(1.0, 1.6))
         for index, at in enumerate((first, first + 2.6, first + 5.2)):
+            number, text = f'{rng.integers(10, 99)}', _TEXTS[int(rng.integers(len(_TEXTS)))]
+            box_at = towards * (at + 1.3) - 0.2, 0.9
             objects += [
-                Door(f'{side}_door_{index}', wall, (towards * at, 0.0), label=f'{rng.integers(10, 99)}'),
-                Sign(
-                    f'{side}_sign_{index}',
-                    wall,
-                    (towards * (at + 0.75), 1.6),
-                    (0.3, 0.2),
-                    _TEXTS[int(rng.integers(len(_TEXTS)))],
-                ),
-                Cabinet(
-                    f'{side}_box_{index}', wall, (towards * (at + 1.3) - 0.2, 0.9), (0.4, 0.5), 0.15, 0.6, 1, 1, 'P 3'
-                ),
+                Door(f'{side}_door_{index}', wall, (towards * at, 0.0), label=number),
+                Sign(f'{side}_sign_{index}', wall, (towards * (at + 0.75), 1.6), (0.3, 0.2), text),
+                Cabinet(f'{side}_box_{index}', wall, box_at, (0.4, 0.5), 0.15, 0.6, 1, 1, 'P 3'),
             ]
         start = 0.0 if towards > 0.0 else -12.0
         objects.append(Pipe(f'{side}_pipe', wall, (start, shell.height - 0.25), (12.0, 0.0), 0.06, 0.65))

@@ -10,11 +10,8 @@ from scene_simulator.corridor.drawing import Drawing, WallObject, draw_screws
 from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, PlanePoint, RoundLandmark, Surface
 
 _SWEEP = math.radians(270.0)
-_FACE = 0.85
-"""Radius of the white face, relative to the meter's."""
-
-_FRAME = 0.022
-"""Width of an instrument's frame [m]."""
+_FACE = 0.85  # radius of the white face, relative to the meter's
+_FRAME = 0.022  # width of an instrument's frame [m]
 
 
 @dataclass(frozen=True)

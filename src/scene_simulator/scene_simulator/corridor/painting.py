@@ -14,20 +14,15 @@ from numpy.typing import NDArray
 
 from scene_simulator.imaging.sensors import clip_integral
 
-SPACING = 0.004
-"""Distance of the finest samples [m]: the tile repeats after 4.1 m."""
-
+SPACING = 0.004  # distance of the finest samples [m]: the tile repeats after 4.1 m
 _SIZE = 1024
 _LEVELS = 7
 Texture = tuple[NDArray[np.float32], NDArray[np.int64], NDArray[np.int64]]
 """Samples, starts and sizes of a ``TexturePyramid``."""
 
-SAMPLES = 2
-"""Samples per pixel along each side: fine enough that a blur of samples is a blur of what is within pixels."""
-
+SAMPLES = 2  # samples per pixel along each side: fine enough that a blur of samples is a blur of what is within pixels
 _FAINT = 1e-5
-_DARKEST = 0.02
-"""Least light on a surface: a gradient of the light must not turn it negative far away."""
+_DARKEST = 0.02  # least light on a surface: a gradient of the light must not turn it negative far away
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,11 +16,8 @@ from scene_simulator.corridor.drawing import WallObject
 from scene_simulator.corridor.shapes import CorridorLight, FlatShape, Landmark, Paint, ShapeTable, Surface, shape_table
 from scene_simulator.errors import SceneError
 
-NEAR = 0.05
-"""Near clipping distance [m]."""
-
-_MAX_CHORD = 6.0
-"""Longest chord of an outline behind a distorting lens [px]: it is off by 0.002 px."""
+NEAR = 0.05  # near clipping distance [m]
+_MAX_CHORD = 6.0  # longest chord of an outline behind a distorting lens [px]: it is off by 0.002 px
 
 
 @njit(cache=True, error_model='numpy')
@@ -145,13 +142,7 @@ def _distort(x: float, y: float, lens: NDArray[np.float64]) -> tuple[float, floa
 
 @dataclass(frozen=True)
 class Person(WallObject):
-    """A person in the corridor, cut out of an upright plane.
-
-    Attributes:
-        position: point between the feet on the plane, right and up [m].
-        height: [m].
-        greys: reflectances of jacket, trousers and helmet, 0 to 1.
-    """
+    """A person of a height [m] cut out of an upright plane; greys of jacket, trousers and helmet."""
 
     height: float = 1.75
     greys: tuple[float, float, float] = (0.35, 0.2, 0.8)
@@ -185,13 +176,7 @@ class Person(WallObject):
 
 @dataclass(frozen=True)
 class Occluder(WallObject):
-    """A plain board that hides what is behind it.
-
-    Attributes:
-        position: lower left corner on the plane, right and up [m].
-        size: width and height [m].
-        grey: reflectance of the paint, 0 to 1.
-    """
+    """A plain grey board of a width and height [m] that hides what is behind it; placed by its lower left corner."""
 
     size: tuple[float, float]
     grey: float = 0.5
@@ -228,12 +213,7 @@ class SceneObject(Protocol):
 
 @dataclass(frozen=True)
 class CorridorScene:
-    """The scene.
-
-    Attributes:
-        objects: objects, farthest first.
-        light: illumination of all objects.
-    """
+    """The scene: objects, farthest first, and their light."""
 
     objects: tuple[SceneObject, ...]
     light: CorridorLight = field(default_factory=CorridorLight)

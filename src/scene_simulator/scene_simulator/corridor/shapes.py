@@ -11,19 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 Vector = tuple[float, float, float]
 PlanePoint = tuple[float, float]
-_MIDDLE = (0.0, 0.0, 1.3)
-"""Where the light has its level: in the middle of the end wall, in the map frame [m]."""
+_MIDDLE = (0.0, 0.0, 1.3)  # where the light has its level: in the middle of the end wall, in the map frame [m]
 
 
 @dataclass(frozen=True)
 class Surface:
-    """A plane with axes to the right and up, seen from its front.
-
-    Attributes:
-        origin: where the axes begin, in the map frame [m].
-        right: unit vector in the map frame.
-        up: unit vector in the map frame, at a right angle to it.
-    """
+    """A plane seen from its front: origin and unit vectors to the right and up, in the map frame [m]."""
 
     origin: Vector
     right: Vector
@@ -132,13 +125,7 @@ class Paint:
 
 @dataclass(frozen=True, eq=False)
 class FlatShape:
-    """A filled outline.
-
-    Attributes:
-        points: shape (n, 3), the outline in the map frame [m].
-        surface: plane of the shape.
-        paint: its look.
-    """
+    """A filled outline, shape (n, 3), in the map frame [m], its plane and its paint."""
 
     points: NDArray[np.float64]
     surface: Surface
@@ -181,12 +168,7 @@ def shape_table(shapes: Iterable[FlatShape]) -> ShapeTable:
 
 @dataclass(frozen=True)
 class CorridorLight:
-    """Light that changes evenly over the corridor.
-
-    Attributes:
-        level: grey level of a white wall before the lens, 1 saturates.
-        gradient: relative change along the axes of the map [1/m].
-    """
+    """Level of a white wall before the lens, 1 saturates, and its relative change along the map's axes [1/m]."""
 
     level: float = 0.95
     gradient: Vector = (0.015, 0.0, 0.09)

@@ -16,22 +16,18 @@ from scene_simulator.corridor.scene import CorridorScene, Person
 from scene_simulator.corridor.shapes import CorridorLight, facing_wall
 from scene_simulator.corridor.stereo_rig import StereoRig, render_pair
 from scene_simulator.errors import SceneError, check_seed
-from scene_simulator.robot.leg_drive import LegDrive, Suspension, TiltErrors, TiltReading, simulate_tilt
-from scene_simulator.robot.robot_drive import WheelErrors, WheelReading, simulate_wheel_readings
+from scene_simulator.robot.leg_drive import LegDrive, Suspension, TiltErrors
+from scene_simulator.robot.robot_drive import SensorDrive, WheelErrors
 from shirube_core.geometry import SE2
 
 STIFF_SUSPENSION = Suspension(heave=0.0005, tilt=math.radians(0.2))
 """Suspension that hardly moves: a mast with cameras on a slow robot."""
 
-_IMAGE_NOISE, _WHEELS, _TILT = range(3)
-TAUGHT_POSE = SE2(-3.0, 0.0, 0.0)
-"""Taught pose ``T_map_place``."""
+_IMAGE_NOISE = 0
+TAUGHT_POSE = SE2(-3.0, 0.0, 0.0)  # taught pose ``T_map_place``
 
-_RUN_UP, _SPEED, _REST = 1.0, 0.5, 0.5
-"""Distance to the goal [m], speed [m/s], pause before the start [s]."""
-
-SECONDS = 5.0
-"""Duration of a drive; the robot is stationary at its goal for the last second [s]."""
+_RUN_UP, _SPEED, _REST = 1.0, 0.5, 0.5  # distance to the goal [m], speed [m/s], pause before the start [s]
+SECONDS = 5.0  # duration of a drive; the robot is stationary at its goal for the last second [s]
 
 
 @dataclass(frozen=True)
@@ -52,7 +48,7 @@ class StereoFrame:
 
 
 @dataclass(frozen=True)
-class StereoDrive:
+class StereoDrive(SensorDrive):
     """Everything that is recorded on a drive; the same seed gives the same recording.
 
     Attributes:
@@ -66,6 +62,7 @@ class StereoDrive:
         seed: seed of noise and errors; the suspension has a separate seed.
     """
 
+    WHEEL_STREAM, TILT_STREAM = 1, 2
     scene: CorridorScene
     route: LegDrive
     rig: StereoRig = field(default_factory=StereoRig)
@@ -81,15 +78,6 @@ class StereoDrive:
         if not 0.0 < self.rate < math.inf:
             raise SceneError(f'{self.rate} pictures a second cannot be taken: give a positive number')
 
-    def pose_at(self, time: float) -> SE2:
-        """Return ``T_map_base`` at a time [s], its place and heading on the floor: the truth."""
-        return self.route.pose_at(time)
-
-    def tilt_at(self, time: float) -> tuple[float, float]:
-        """Return the true fixed-axis roll and pitch of ``base_link`` at a time [s] in [rad]."""
-        _, roll, pitch = self.suspension.motion_at(time).tolist()
-        return roll, pitch
-
     def frame_count(self, seconds: float) -> int:
         """Return how many frames ``frames`` yields, or raise SceneError if the time is not positive."""
         if not 0.0 < seconds < math.inf:
@@ -99,22 +87,10 @@ class StereoDrive:
     def frames(self, seconds: float) -> Iterator[StereoFrame]:
         """Yield the frames of the first seconds one by one, or raise SceneError if the time is not positive."""
         for index in range(self.frame_count(seconds)):
-            stamp, noise = index / self.rate, self._rng(_IMAGE_NOISE, index)
+            stamp, noise = index / self.rate, self.rng(_IMAGE_NOISE, index)
             rig = replace(self.rig, mount=self.suspension.mount_at(stamp, self.rig.mount))
             pose = self.pose_at(stamp)
             yield StereoFrame(stamp, *render_pair(self.scene, rig, pose, noise), pose)
-
-    def odometry(self, seconds: float, period: float = 0.02) -> list[WheelReading]:
-        """Return the wheel odometry of the first seconds, a reading each period [s]."""
-        return simulate_wheel_readings(self.pose_at, seconds, period, self.wheels, self._rng(_WHEELS))
-
-    def tilt_readings(self, seconds: float, period: float = 0.02) -> list[TiltReading]:
-        """Return the inertial unit's tilt in the first seconds, a reading each period [s]."""
-        times = np.arange(0.0, seconds, period).tolist()
-        return simulate_tilt(self.tilt_at, times, self.tilt, self._rng(_TILT))
-
-    def _rng(self, *purpose: int) -> np.random.Generator:
-        return np.random.default_rng((self.seed, *purpose))
 
 
 @dataclass(frozen=True)

@@ -44,13 +44,7 @@ class StereoOptics:
 
 @dataclass(frozen=True)
 class StereoCamera:
-    """A camera.
-
-    Attributes:
-        intrinsics: pinhole and distortion.
-        optics: blur and vignetting.
-        sensor: gain and noise.
-    """
+    """A camera: pinhole and distortion, blur and vignetting, gain and noise."""
 
     intrinsics: PinholeCamera
     optics: StereoOptics = field(default_factory=StereoOptics)

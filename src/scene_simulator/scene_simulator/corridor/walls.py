@@ -8,24 +8,13 @@ from scene_simulator.corridor.drawing import Drawing
 from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, Surface, facing_wall
 from scene_simulator.room.box_room import Box
 
-LENGTH = 12.0
-"""Length of the corridor from the end wall at x = 0 [m]."""
-
-_BEYOND = 0.5
-"""How far floor, ceiling and side walls go on behind the walls that end them, so that no seam is seen [m]."""
-
-_JOINT = 0.005
-"""Joint width between tiles [m]."""
-
-_PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07
-"""Standard deviations of the textures."""
-
+LENGTH = 12.0  # length of the corridor from the end wall at x = 0 [m]
+_BEYOND = 0.5  # how far floor, ceiling and side walls go on behind the walls that end them, so that no seam is seen [m]
+_JOINT = 0.005  # joint width between tiles [m]
+_PLASTER, _DADO, _GROUND = 0.06, 0.05, 0.07  # standard deviations of the textures
 _GREYS = {'south': 0.6, 'west': 0.66, 'north': 0.7, 'east': 0.64}
-_DADO_HEIGHT = 0.9
-"""Height of the darker paint at the bottom of the walls [m]."""
-
-_PANEL = 0.6
-"""Width of the ceiling's panels [m]."""
+_DADO_HEIGHT = 0.9  # height of the darker paint at the bottom of the walls [m]
+_PANEL = 0.6  # width of the ceiling's panels [m]
 
 
 @dataclass(frozen=True)
@@ -135,12 +124,7 @@ class CorridorShell:
 
 @dataclass(frozen=True)
 class RoomShell:
-    """A room seen from inside.
-
-    Attributes:
-        size: its corners [m].
-        name: name of the object in the scene.
-    """
+    """A room, seen from inside, with its corners [m] and its name in the scene."""
 
     size: Box
     name: str = 'room'

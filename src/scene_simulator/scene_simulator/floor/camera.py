@@ -16,9 +16,7 @@ from scene_simulator.imaging.sensors import Lighting, Sensor
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
 _TILE = 1024
-_SPACING = 0.00035
-"""Distance of the texture's samples on the floor [m]; the tile repeats after 0.36 m, four views."""
-
+_SPACING = 0.00035  # distance of the texture's samples on the floor [m]; the tile repeats after 0.36 m, four views
 PAPER_CAMERA = PinholeCamera(235, 235, 339.44, 339.44, 117.0, 117.0)
 """The paper's camera (3.1): 90 mm square in 235 pixels square from 130 mm."""
 
@@ -27,11 +25,7 @@ DOWNWARD_MOUNT = CameraMount()
 
 @dataclass(frozen=True)
 class GroundTexture:
-    """Brightness of the ground relative to its mean.
-
-    Attributes:
-        tile: shape (1025, 1025), one period and its first row and column again.
-    """
+    """Brightness of the ground relative to its mean: one period and its first row and column again, (1025, 1025)."""
 
     tile: NDArray[np.float32]
 
@@ -60,12 +54,7 @@ class Disturbance(Protocol):
 
 @dataclass(frozen=True)
 class FloorPhoto:
-    """A photograph and the truth about it.
-
-    Attributes:
-        image: shape (height, width) grey or (height, width, 3) blue-green-red, uint8.
-        dirt: shape (height, width), fraction of each pixel in which dirt hides the floor, 0 to 1.
-    """
+    """A picture, (h, w) or (h, w, 3) BGR uint8, and the fraction of each pixel that dirt hides, (h, w)."""
 
     image: NDArray[np.uint8]
     dirt: NDArray[np.float32]

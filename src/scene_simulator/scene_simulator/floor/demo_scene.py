@@ -24,9 +24,7 @@ from scene_simulator.robot.leg_drive import Suspension
 from scene_simulator.robot.robot_drive import RobotDrive, Waypoint
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
-DEMO_FLOOR_SEED = 1812
-"""Seed of the demo floor, whose dot map is installed with the localizer."""
-
+DEMO_FLOOR_SEED = 1812  # seed of the demo floor, whose dot map is installed with the localizer
 DEMO_CAMERA = PinholeCamera(235, 235, 335.0, 335.4, 117.6, 116.3, (-0.26, 0.08, 0.0007, -0.0004, 0.0))
 """The paper's camera with a lens that bends; what it sees is 92 mm wide."""
 
@@ -51,20 +49,14 @@ ROUTE = (
 )
 """Out on the left half of the floor, a turn about, a stop, and back on the right half."""
 
-EXPOSURE = 0.0015
-"""Exposure time [s]: motion blur of two pixels at 0.5 m/s."""
-
+EXPOSURE = 0.0015  # exposure time [s]: motion blur of two pixels at 0.5 m/s
 _INSTANTS = 5
 _WEAR = 0.03
 
 
 @dataclass(frozen=True)
 class DemoScene:
-    """The whole scene of the recorded bag.
-
-    Attributes:
-        seed: seed of the dirt, the wear, the noise and the suspension; the floor is always the demo floor.
-    """
+    """The scene of the recorded bag; the seed is that of dirt, wear, noise and suspension, not of the demo floor."""
 
     seed: int = 7
 

@@ -23,12 +23,7 @@ _BLACK = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True)
 class FloorArea:
-    """An upright rectangle of the floor in the map frame.
-
-    Attributes:
-        low: least x and y [m].
-        high: greatest x and y [m].
-    """
+    """An upright rectangle of the floor: least and greatest x and y in the map frame [m]."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -45,11 +40,7 @@ class FloorArea:
 
 @dataclass(frozen=True)
 class Litter:
-    """Marks that hide the floor.
-
-    Attributes:
-        marks: shapes of the litter.
-    """
+    """Marks that hide the floor."""
 
     marks: FloorMarks
 
@@ -205,13 +196,7 @@ class WetSpot:
 
 @dataclass(frozen=True)
 class SpecularReflection:
-    """The image of one of the camera's lamps on a glossy floor: it stays at its place in the picture.
-
-    Attributes:
-        place: right and down from the middle of the image, -1 to 1.
-        radius: standard deviation of the bright spot relative to half the image's width.
-        strength: light in its middle, 1 saturates.
-    """
+    """A lamp's image, fixed in the picture: place right and down, -1 to 1, radius in half widths, strength."""
 
     place: tuple[float, float]
     radius: float = 0.06

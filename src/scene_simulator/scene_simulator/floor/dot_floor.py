@@ -152,9 +152,7 @@ def _rotate(outlines: NDArray[np.float64], angles: NDArray[np.float64]) -> NDArr
 
 
 Colour = tuple[float, float, float]
-_MAX_FILL_FRACTION = 0.4
-"""Fraction of the floor that discs of the minimum distance may fill; beyond it redrawing fails."""
-
+_MAX_FILL_FRACTION = 0.4  # fraction of the floor that discs of the minimum distance may fill; beyond it redrawing fails
 SURVEY_ERROR = 0.00005
 """Standard deviation of a surveyed centre along each axis [m]: what careful photogrammetry reaches."""
 

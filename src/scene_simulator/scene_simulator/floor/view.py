@@ -15,8 +15,7 @@ from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 GREY_FROM_BGR = np.array([[0.114], [0.587], [0.299]])
 """Weights of blue, green and red in a mono camera's grey (ITU-R BT.601)."""
 
-MAX_GLARE = 0.5
-"""Glare above which a dark chip is indistinguishable from a light floor."""
+MAX_GLARE = 0.5  # glare above which a dark chip is indistinguishable from a light floor
 
 
 def paint_polygons(

@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
-_KNOTS = 5
-"""Poses sampled per frame, with linear interpolation between them: at 1 m/s^2 an error of 2 um in 16 ms."""
+_KNOTS = 5  # poses sampled per frame, with linear interpolation between them: at 1 m/s^2 an error of 2 um in 16 ms
 
 
 @dataclass(frozen=True)
@@ -61,12 +60,7 @@ class Shutter:
 
 @dataclass(frozen=True)
 class CameraClock:
-    """Frame timing of a camera. The default has no jitter.
-
-    Attributes:
-        rate: frames in a second [1/s].
-        stamp_jitter: standard deviation of a stamp from the true start of the frame [s].
-    """
+    """Frame rate of a camera [1/s], and standard deviation of the stamps from the true starts of the frames [s]."""
 
     rate: float = 60.0
     stamp_jitter: float = 0.0
@@ -77,11 +71,7 @@ class CameraClock:
             raise SceneError(f'the camera has rate {self.rate} and jitter {self.stamp_jitter}: give above 0, 0 or more')
 
     def frames(self, seconds: float, rng: np.random.Generator) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return true starts and stamps [s], shape (n,) each, of the frames within a time that begins with the first.
-
-        Raises:
-            SceneError: the time is not positive.
-        """
+        """Return true starts and stamps [s], (n,) each, of the first seconds; raise a SceneError if there are none."""
         if not 0.0 < seconds < math.inf:
             raise SceneError(f'the recording is {seconds} s long: give a positive number of seconds')
         starts = np.arange(math.ceil(seconds * self.rate - 1e-9)) / self.rate
@@ -91,12 +81,7 @@ class CameraClock:
 
 @dataclass(frozen=True, eq=False)
 class CameraPose:
-    """Pose of a camera's optical frame in the map frame, ``T_map_camera``.
-
-    Attributes:
-        position: shape (3,), optical centre in the map frame [m].
-        rotation: shape (3, 3), ``R_map_camera``.
-    """
+    """``T_map_camera``: optical centre in the map frame, (3,) [m], and ``R_map_camera``, (3, 3)."""
 
     position: NDArray[np.float64]
     rotation: NDArray[np.float64]
@@ -106,8 +91,7 @@ class CameraPose:
         return np.asarray((np.asarray(points, dtype=np.float64) - self.position) @ self.rotation)
 
 
-PoseAt = Callable[[float], CameraPose]
-"""Gives the camera's pose at a time [s]."""
+PoseAt = Callable[[float], CameraPose]  # gives the camera's pose at a time [s]
 
 
 def camera_pose(T_map_base: SE2, mount: CameraMount) -> CameraPose:

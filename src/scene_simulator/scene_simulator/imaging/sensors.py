@@ -20,8 +20,7 @@ def clip_integral(t: float) -> float:
     return 0.5 * t * t if t < 1.0 else t - 0.5
 
 
-_POOL = 1 << 21
-"""Normal random numbers drawn once; each row of each frame reads them from a random start."""
+_POOL = 1 << 21  # normal random numbers drawn once; each row of each frame reads them from a random start
 
 
 @dataclass(frozen=True)
@@ -57,12 +56,7 @@ class Lighting:
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor that counts electrons.
-
-    Attributes:
-        full_well: electrons at saturation; their random arrival is the shot noise.
-        read_noise: standard deviation of the read-out [electrons].
-    """
+    """Counts electrons: number at saturation, whose arrival is the shot noise, and read-out noise [electrons]."""
 
     full_well: float = 9000.0
     read_noise: float = 12.0

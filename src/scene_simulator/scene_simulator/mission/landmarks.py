@@ -19,24 +19,15 @@ from scene_simulator.mission.layout import ROOM
 from scene_simulator.room.box_room import Box
 
 _GRAIN = 0.08
-_EDGE = 0.012
-"""Width of the worn edges of a box [m]."""
-
-_TOP, _SIDES = 1.15, (0.8, 0.95)
-"""Brightness of the top, and of the sides across x and y, relative to the paint."""
-
-_BUILDING_SEED = 41
-"""Seed of the landmark positions: the building is always the same."""
-
+_EDGE = 0.012  # width of the worn edges of a box [m]
+_TOP, _SIDES = 1.15, (0.8, 0.95)  # brightness of the top, and of the sides across x and y, relative to the paint
+_BUILDING_SEED = 41  # seed of the landmark positions: the building is always the same
 _LIGHT = CorridorLight(0.9, (0.0, 0.0, 0.06))
 _WALLS = {'east': (4.8, 'EXIT', 'PUMP 1'), 'north': (6.4, 'ROOM 204', 'VALVES'), 'west': (4.6, 'LEVEL 2', 'NO ENTRY')}
 """Centre of the landmarks from the wall's left end [m] and the texts of the signs, by wall."""
 
-_CURTAIN = (3.4, 1.9)
-"""Width and height of the curtain over the west wall's landmarks [m]."""
-
-_GREYS = 0.3, 0.75
-"""Range of the reflectance of crates and tables."""
+_CURTAIN = (3.4, 1.9)  # width and height of the curtain over the west wall's landmarks [m]
+_GREYS = 0.3, 0.75  # range of the reflectance of crates and tables
 
 
 def box_shapes(box: Box, grey: float) -> list[FlatShape]:
@@ -97,12 +88,7 @@ def covered_walls() -> CorridorScene:
 
 @dataclass(frozen=True)
 class FurnishedScene:
-    """Walls and boxes, seen from anywhere in the room.
-
-    Attributes:
-        walls: walls, behind all boxes.
-        boxes: boxes in the room.
-    """
+    """Walls, and boxes before them, seen from anywhere in the room."""
 
     walls: CorridorScene
     boxes: tuple[Box, ...] = ()
@@ -121,12 +107,7 @@ class FurnishedScene:
 
 @dataclass(frozen=True)
 class OrderedScene:
-    """A scene in the order in which it is painted.
-
-    Attributes:
-        table: all shapes, those behind first.
-        light: illumination of the shapes.
-    """
+    """A scene in the order in which it is painted, those behind first, and its light."""
 
     table: ShapeTable
     light: CorridorLight = field(default_factory=CorridorLight)

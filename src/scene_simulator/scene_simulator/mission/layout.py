@@ -27,41 +27,27 @@ from scene_simulator.room.furniture import FurnishedRoom, Furnishing, furnish
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import Waveform
 
-ROOM: Box = (0.0, 0.0, 0.0, 8.0, 6.0, 3.2)
-"""Corners of the room in the map frame [m]."""
+ROOM: Box = (0.0, 0.0, 0.0, 8.0, 6.0, 3.2)  # corners of the room in the map frame [m]
 
-ROBOT_RADIUS, ROBOT_HEIGHT = 0.2, 1.3
-"""Radius and height of the robot's bounding cylinder, mast included [m]."""
-
+ROBOT_RADIUS, ROBOT_HEIGHT = 0.2, 1.3  # radius and height of the robot's bounding cylinder, mast included [m]
 _START = SE2(0.9, 1.1, 0.0)
 _GOALS = (SE2(5.8, 1.2, 0.0), SE2(6.4, 3.8, 0.5 * math.pi), SE2(2.2, 4.6, math.pi))
 """Each faces a wall with landmarks, 2.2 m before it."""
 
-_MAX_SHIFT, _MAX_ROTATION = 0.1, math.radians(4.0)
-"""Maximum random shift and rotation of start and goals [m, rad]."""
-
+_MAX_SHIFT, _MAX_ROTATION = 0.1, math.radians(4.0)  # maximum random shift and rotation of start and goals [m, rad]
 _LAYOUT = 11
 FURNISHING = Furnishing(crates=8, tables=3, racks=0, overhangs=0)
 """Nothing is higher than a meter: it hides neither lamps nor landmarks from the mast."""
 
-PASSAGE = 0.25
-"""Minimum clearance between the robot and obstacles on the path to the goals [m]."""
-
-_CLEARANCE = 0.6
-"""Clearance around start and goals [m]: room to turn."""
-
-_CELL = 0.05
+PASSAGE = 0.25  # minimum clearance between the robot and obstacles on the path to the goals [m]
+_CLEARANCE = 0.6  # clearance around start and goals [m]: room to turn
+CELL = 0.05  # side of the cells of `free_distances` [m]
 _TRIES = 100
 
 
 @dataclass(frozen=True)
 class Zone:
-    """A rectangle on the floor.
-
-    Attributes:
-        low: its lower left corner [m].
-        high: its upper right corner [m].
-    """
+    """A rectangle on the floor by its lower left and upper right corner [m]."""
 
     low: tuple[float, float]
     high: tuple[float, float]
@@ -71,34 +57,22 @@ class Zone:
         return self.low[0] <= x <= self.high[0] and self.low[1] <= y <= self.high[1]
 
 
-CARPET = Zone((4.4, 0.4), (7.0, 2.0))
-"""A carpet hides the floor's dots."""
-
-DARK = Zone((5.4, 3.0), (7.4, 4.6))
-"""No lamp is visible here: those above are off."""
-
-COVERED = Zone((1.4, 3.8), (4.8, 5.4))
-"""The landmarks of the west wall are hidden by a curtain here."""
-
+CARPET = Zone((4.4, 0.4), (7.0, 2.0))  # a carpet hides the floor's dots
+DARK = Zone((5.4, 3.0), (7.4, 4.6))  # no lamp is visible here: those above are off
+COVERED = Zone((1.4, 3.8), (4.8, 5.4))  # the landmarks of the west wall are hidden by a curtain here
 ZONES = {'carpet': CARPET, 'dark': DARK, 'covered': COVERED}
 """The zones by name: without floor dots, without lamps, without landmarks."""
 
 
 @dataclass(frozen=True)
 class MissionLayout:
-    """Start and goals.
-
-    Attributes:
-        start: ``T_map_base`` at the beginning.
-        goals: the poses that the robot is to reach, in this order.
-    """
+    """``T_map_base`` at the start, and the goals in the order in which they are to be reached."""
 
     start: SE2
     goals: tuple[SE2, ...]
 
 
-NOMINAL = MissionLayout(_START, _GOALS)
-"""Start and goals as the places were taught for them."""
+NOMINAL = MissionLayout(_START, _GOALS)  # start and goals as the places were taught for them
 
 
 def mission_layout(seed: int) -> MissionLayout:
@@ -126,30 +100,24 @@ def mission_obstacles(seed: int, layout: MissionLayout) -> FurnishedRoom:
 
 def is_connected(room: FurnishedRoom, stops: list[tuple[float, float]]) -> bool:
     """Return whether the robot can drive from each of some places [m] to all others."""
-    components = _connected_components(room)
-    found = {int(components[math.floor(y / _CELL), math.floor(x / _CELL)]) for x, y in stops}
+    components, _ = label(free_distances(room, ROBOT_HEIGHT) > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
+    found = {int(components[math.floor(y / CELL), math.floor(x / CELL)]) for x, y in stops}
     return len(found) == 1 and 0 not in found
 
 
-def _connected_components(room: FurnishedRoom) -> NDArray[np.int32]:
-    """Return the number of the connected part of each cell, 0 for cells that are too near to something."""
-    shape = round(ROOM[4] / _CELL), round(ROOM[3] / _CELL)
-    solid = np.pad(room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, ROBOT_HEIGHT)), 1, constant_values=True)
-    distance = _CELL * distance_transform_edt(~solid)[1:-1, 1:-1]
-    components, _ = label(distance > ROBOT_RADIUS + PASSAGE, structure=np.ones((3, 3)))
-    return np.asarray(components, dtype=np.int32)
+def free_distances(room: FurnishedRoom, height: float) -> NDArray[np.float64]:
+    """Return how far each cell of a grid is from what is in the room up to a height, shape (rows, columns) [m]."""
+    shape = round(ROOM[4] / CELL), round(ROOM[3] / CELL)
+    solid = np.pad(room.boxes.solid_cells((0.0, 0.0), CELL, shape, (0.0, height)), 1, constant_values=True)
+    return np.asarray(CELL * distance_transform_edt(~solid)[1:-1, 1:-1])
 
 
 DESIGN = FloorDesign(size=(ROOM[3], ROOM[4]), count=57_600, diameters=(0.004, 0.006), min_distance=0.0035)
 """1200 chips a square meter; about fifty are in view."""
 
-BELLY_CAMERA = FloorCamera(PinholeCamera(235, 235, 150.0, 150.0, 117.0, 117.0))
-"""It sees 0.2 x 0.2 m from 0.13 m."""
-
+BELLY_CAMERA = FloorCamera(PinholeCamera(235, 235, 150.0, 150.0, 117.0, 117.0))  # it sees 0.2 x 0.2 m from 0.13 m
 BELLY_MOUNT = CameraMount()
-EXPOSURE = 0.0015
-"""[s]"""
-
+EXPOSURE = 0.0015  # [s]
 _FLOOR_SEED = 2612
 _WEAR = 0.03
 _CARPET_COLOUR = (0.22, 0.2, 0.3)
@@ -162,12 +130,7 @@ def surveyed_floor() -> DotFloor:
 
 @dataclass(frozen=True)
 class MissionFloor:
-    """The floor as it is driven on.
-
-    Attributes:
-        seed: seed of wear and dirt.
-        surveyed: floor as surveyed, before wear.
-    """
+    """The floor as it is driven on: seed of wear and dirt, and the floor as surveyed before."""
 
     seed: int
     surveyed: DotFloor = field(default_factory=surveyed_floor)
@@ -196,9 +159,7 @@ class MissionFloor:
         return BELLY_CAMERA.photograph(self.worn, poses, mount, self.disturbances, rng)
 
 
-LAMP_RADIUS = 0.12
-"""Radius of the frosted discs [m]: 27 image rows."""
-
+LAMP_RADIUS = 0.12  # radius of the frosted discs [m]: 27 image rows
 LAMPS = {
     1 + 4 * row + column: (x, y, ROOM[5] - 0.1)
     for row, y in enumerate((1.0, 3.0, 5.0))
@@ -206,8 +167,7 @@ LAMPS = {
 }
 """Place of each lamp by its ID [m]."""
 
-DARK_LAMPS = (7, 8, 11, 12)
-"""IDs of those that are off."""
+DARK_LAMPS = (7, 8, 11, 12)  # IDs of those that are off
 
 SLOW_LAMP, FAST_LAMP = 3, 10
 """IDs of the lamps that send commands: slow down before the first goal, speed up before the last one."""
@@ -222,12 +182,8 @@ CEILING_CAMERA = CeilingCamera(
 CEILING_MOUNT = CameraMount((0.0, 0.0, 1.0), (0.0, 0.0, 0.5 * math.pi))
 """Camera on the mast, looking straight up with the image's upper edge ahead."""
 
-LAMP_RATE = 25.0
-"""Frame rate that the lamps' waveforms are designed for [Hz]."""
-
-_CLOCK_SIGMA = 20.0
-"""Standard deviation of the lamps' clock rates [ppm]."""
-
+LAMP_RATE = 25.0  # frame rate that the lamps' waveforms are designed for [Hz]
+_CLOCK_SIGMA = 20.0  # standard deviation of the lamps' clock rates [ppm]
 _PHASE_STREAM = 12
 
 

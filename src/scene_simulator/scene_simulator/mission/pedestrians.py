@@ -5,12 +5,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 from scipy.spatial.distance import cdist
 
 from scene_simulator.errors import SceneError
-from scene_simulator.mission.layout import ROOM, MissionLayout
+from scene_simulator.mission.layout import CELL, ROOM, MissionLayout, free_distances
 from scene_simulator.room.box_room import Cylinder, Solids
 from scene_simulator.room.furniture import FurnishedRoom
 from shirube_core.geometry import SE2
@@ -88,20 +86,14 @@ def _upright(pose: SE2, radius: float, low: float, high: float) -> Solids:
     return Solids(((pose.x, pose.y, low, pose.x, pose.y, high, radius),))
 
 
-RADIUS, HEIGHT = 0.22, 1.75
-"""Radius and height of an upright person [m]."""
-Place = tuple[float, float]
-"""x, y in the map frame [m]."""
-_CLEARANCE, _CELL = 0.35, 0.05
-"""Clearance of a way from furniture and walls, from the person's middle, and the step in which it is checked [m]."""
-_LENGTH_MIN, _SPEEDS = 2.5, (0.5, 1.3)
-"""Least length of a way [m], range of the walking speeds [m/s]."""
+RADIUS, HEIGHT = 0.22, 1.75  # radius and height of an upright person [m]
+Place = tuple[float, float]  # x, y in the map frame [m]
+_CLEARANCE = 0.35  # clearance of a way from furniture and walls, from the person's middle [m]
+_LENGTH_MIN, _SPEEDS = 2.5, (0.5, 1.3)  # least length of a way [m], range of the walking speeds [m/s]
 _PERSONAL_SPACE, _AHEAD = 0.85, math.radians(70.0)
 """A person waits for a robot as near as this from middle to middle [m], and within this angle of the way [rad]."""
-_TURN_AFTER = 2.0
-"""A person who waited this long turns round [s]."""
-_STOP_DISTANCE = 0.8
-"""Least distance of a way from the robot's start and goals [m]."""
+_TURN_AFTER = 2.0  # a person who waited this long turns round [s]
+_STOP_DISTANCE = 0.8  # least distance of a way from the robot's start and goals [m]
 _STREAM, _TRIES = 12, 2000
 
 
@@ -158,28 +150,21 @@ class Pedestrian:
 def mission_pedestrians(seed: int, count: int, room: FurnishedRoom, layout: MissionLayout) -> list[Pedestrian]:
     """Return people of a seed on ways without furniture, or raise a SceneError if there are none."""
     rng, found = np.random.default_rng((seed, _STREAM)), list[Pedestrian]()
-    is_free = _free_cells(room)
+    is_free = free_distances(room, HEIGHT) > _CLEARANCE
     stops = np.array([(pose.x, pose.y) for pose in (layout.start, *layout.goals)])
     for _ in range(_TRIES):
         if len(found) == count:
             return found
         start, end = rng.uniform(ROOM[:2], ROOM[3:5], (2, 2))
         speed = rng.uniform(*_SPEEDS)
-        steps = np.linspace(start, end, math.ceil(math.dist(start, end) / _CELL) + 2)
-        columns, rows = np.floor(steps / _CELL).astype(np.int64).T
+        steps = np.linspace(start, end, math.ceil(math.dist(start, end) / CELL) + 2)
+        columns, rows = np.floor(steps / CELL).astype(np.int64).T
         is_far = cdist(steps, stops).min() > _STOP_DISTANCE
         if math.dist(start, end) >= _LENGTH_MIN and is_far and is_free[rows, columns].all():
             found.append(Pedestrian((start[0], start[1]), (end[0], end[1]), speed))
     if len(found) == count:
         return found
     raise SceneError(f'the room of seed {seed} has no ways for {count} people; use another seed or fewer people')
-
-
-def _free_cells(room: FurnishedRoom) -> NDArray[np.bool_]:
-    shape = round(ROOM[4] / _CELL), round(ROOM[3] / _CELL)
-    solid = room.boxes.solid_cells((0.0, 0.0), _CELL, shape, (0.0, HEIGHT))
-    distance = _CELL * distance_transform_edt(~np.pad(solid, 1, constant_values=True))[1:-1, 1:-1]
-    return np.asarray(distance > _CLEARANCE)
 
 
 def solids_at(places: Sequence[Place]) -> Solids:

@@ -28,34 +28,18 @@ from scene_simulator.mission.layout import (
 )
 from scene_simulator.mission.pedestrians import HEIGHT, RADIUS, Place, solids_at
 from scene_simulator.robot.leg_drive import Suspension, TiltErrors, TiltReading
-from scene_simulator.room.box_room import add_disparity_noise, cast_rays
+from scene_simulator.room.box_room import add_disparity_noise
 from scene_simulator.room.furniture import FurnishedRoom
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 from shirube_core.waveform import Waveform
 
-PoseAt = Callable[[float], SE2]
-"""Gives ``T_map_base`` at a time [s]."""
-
+PoseAt = Callable[[float], SE2]  # gives ``T_map_base`` at a time [s]
 DEPTH_CAMERA = PinholeCamera(160, 120, 100.0, 100.0, 79.5, 59.5)
-_DEPTH_RAYS = np.column_stack(
-    [
-        (np.indices((DEPTH_CAMERA.height, DEPTH_CAMERA.width))[1].ravel() - DEPTH_CAMERA.cx) / DEPTH_CAMERA.fx,
-        (np.indices((DEPTH_CAMERA.height, DEPTH_CAMERA.width))[0].ravel() - DEPTH_CAMERA.cy) / DEPTH_CAMERA.fy,
-        np.ones(DEPTH_CAMERA.height * DEPTH_CAMERA.width),
-    ]
-)
-DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi))
-"""Level, looking ahead."""
-
+DEPTH_MOUNT = CameraMount((0.1, 0.0, 0.4), (-0.5 * math.pi, 0.0, -0.5 * math.pi))  # level, looking ahead
 STEREO_RIG = StereoRig()
-_DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02
-"""Baseline of the depth camera [m] and its disparity noise [px]."""
-
-_INSTANTS = 3
-"""Number of instants per exposure of the floor camera."""
-
-_FLOOR, _CEILING, _STEREO, _DEPTH, _TILT, _BIAS = range(6)
-"""Random number streams."""
+_DEPTH_BASELINE, _DEPTH_SIGMA = 0.05, 0.02  # baseline of the depth camera [m] and its disparity noise [px]
+_INSTANTS = 3  # number of instants per exposure of the floor camera
+_FLOOR, _CEILING, _STEREO, _DEPTH, _TILT, _BIAS = range(6)  # random number streams
 
 
 @dataclass(frozen=True)
@@ -146,11 +130,7 @@ class MissionSensors:
         pose = camera_pose(pose_at(time), self.suspension.mount_at(time, DEPTH_MOUNT))
         view = np.eye(4)
         view[:3, :3], view[:3, 3] = pose.rotation, pose.position
-        depth = self.room.boxes.depth_image(DEPTH_CAMERA, view)
-        if people:
-            rays = _DEPTH_RAYS @ pose.rotation.T  # of depth 1
-            found = cast_rays(self.room.boxes, solids_at(people), pose.position, rays)
-            depth = np.minimum(depth, found.reshape(depth.shape).astype(np.float32))
+        depth = self.room.boxes.depth_image(DEPTH_CAMERA, view, solids_at(people))
         return add_disparity_noise(depth, DEPTH_CAMERA.fx * _DEPTH_BASELINE, _DEPTH_SIGMA, self._rng(_DEPTH, index))
 
     def tilt_reading(self, index: int, time: float) -> TiltReading:

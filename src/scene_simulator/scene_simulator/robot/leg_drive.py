@@ -12,8 +12,7 @@ from scipy.spatial.transform import Rotation
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
-_FREQUENCIES = (0.07, 0.19, 0.43)
-"""Frequencies of the oscillation; each motion has its own phase [Hz]."""
+_FREQUENCIES = (0.07, 0.19, 0.43)  # frequencies of the oscillation; each motion has its own phase [Hz]
 
 
 @dataclass(frozen=True)
@@ -58,12 +57,7 @@ def apply_body_motion(mount_at_rest: CameraMount, heave: float, roll: float, pit
 
 @dataclass(frozen=True)
 class TiltErrors:
-    """Errors of roll and pitch.
-
-    Attributes:
-        bias: standard deviation of the constant error of each axis, drawn once a run [rad].
-        noise: standard deviation of a reading [rad].
-    """
+    """Standard deviations of roll and pitch: constant error of a run, and noise of a reading [rad]."""
 
     bias: float = math.radians(0.05)
     noise: float = math.radians(0.03)
@@ -71,13 +65,7 @@ class TiltErrors:
 
 @dataclass(frozen=True)
 class TiltReading:
-    """A reading of the inertial unit.
-
-    Attributes:
-        time: [s].
-        roll: fixed-axis roll of the body [rad].
-        pitch: fixed-axis pitch of the body [rad].
-    """
+    """Fixed-axis roll and pitch of the body [rad] at a time [s]."""
 
     time: float
     roll: float
@@ -125,11 +113,7 @@ class _Segment:
 
 
 class LegDrive:
-    """A drive along legs and arcs; the robot always faces along it and is stationary at both ends.
-
-    Attributes:
-        duration: time from the start to the end, the rest at the start included [s].
-    """
+    """Legs and arcs, the robot faces along them; ``duration`` [s] includes the rest at the start."""
 
     def __init__(
         self, corners: ArrayLike, speeds: Sequence[float], radius: float, rest: float = 0.0, acceleration: float = 0.4

@@ -4,13 +4,14 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from scene_simulator.errors import SceneError
-from scene_simulator.robot.leg_drive import arc_motion
+from scene_simulator.robot.leg_drive import Suspension, TiltErrors, TiltReading, arc_motion, simulate_tilt
 from shirube_core.geometry import SE2
 
 
@@ -88,11 +89,58 @@ def _wheel_distances(motion: SE2, separation: float) -> NDArray[np.float64]:
     return np.array([way - half * separation, way + half * separation])
 
 
-_STEP = 0.005
-"""Distance between the points of a route at which the speed is planned [m]."""
+class Route(Protocol):
+    """Where the robot truly is."""
 
-_MIN_SEPARATION = 1e-3
-"""A place that is nearer to a waypoint is left out [steps]."""
+    def pose_at(self, time: float) -> SE2:
+        """Return ``T_map_base`` at a time [s]."""
+
+
+class SensorDrive:
+    """What a drive on a suspension records besides pictures; for subclasses with these fields.
+
+    Attributes:
+        route: the true drive, a `LegDrive` or a `RobotDrive`.
+        suspension: heave and tilt of the body.
+        wheels: errors of the odometry.
+        tilt: errors of the inertial unit.
+        seed: seed of noise and errors; the suspension has a separate seed.
+        WHEEL_STREAM, TILT_STREAM: numbers of their random number streams.
+    """
+
+    route: Route
+    suspension: Suspension
+    wheels: WheelErrors
+    tilt: TiltErrors
+    seed: int
+    WHEEL_STREAM: ClassVar[int]
+    TILT_STREAM: ClassVar[int]
+
+    def pose_at(self, time: float) -> SE2:
+        """Return ``T_map_base`` at a time [s], its place and heading on the floor: the truth."""
+        return self.route.pose_at(time)
+
+    def tilt_at(self, time: float) -> tuple[float, float]:
+        """Return the true fixed-axis roll and pitch of ``base_link`` at a time [s] in [rad]."""
+        _, roll, pitch = self.suspension.motion_at(time).tolist()
+        return roll, pitch
+
+    def odometry(self, seconds: float, period: float = 0.02) -> list[WheelReading]:
+        """Return the wheel odometry of the first seconds, a reading each period [s]."""
+        return simulate_wheel_readings(self.pose_at, seconds, period, self.wheels, self.rng(self.WHEEL_STREAM))
+
+    def tilt_readings(self, seconds: float, period: float = 0.02) -> list[TiltReading]:
+        """Return the inertial unit's tilt in the first seconds, a reading each period [s]."""
+        times = np.arange(0.0, seconds, period).tolist()
+        return simulate_tilt(self.tilt_at, times, self.tilt, self.rng(self.TILT_STREAM))
+
+    def rng(self, *purpose: int) -> np.random.Generator:
+        """Return the random numbers of a stream."""
+        return np.random.default_rng((self.seed, *purpose))
+
+
+_STEP = 0.005  # distance between the points of a route at which the speed is planned [m]
+_MIN_SEPARATION = 1e-3  # a place that is nearer to a waypoint is left out [steps]
 
 
 @dataclass(frozen=True)
@@ -114,23 +162,14 @@ class Waypoint:
 
 @dataclass(frozen=True)
 class DriveLimits:
-    """What the robot's motors and wheels allow.
-
-    Attributes:
-        acceleration: greatest change of speed [m/s^2].
-        lateral_acceleration: greatest acceleration across a bend [m/s^2].
-    """
+    """Greatest acceleration along the drive and across a bend [m/s^2]."""
 
     acceleration: float = 0.4
     lateral_acceleration: float = 0.3
 
 
 class RobotDrive:
-    """A drive along a route; the robot always faces along it and is stationary at both ends.
-
-    Attributes:
-        duration: time from the start to the end, pauses included [s].
-    """
+    """A drive along a route, which the robot always faces; ``duration`` [s] includes the pauses."""
 
     def __init__(self, route: Sequence[Waypoint], limits: DriveLimits | None = None) -> None:
         """Plan a drive along two or more waypoints within limits, by default a small robot's.

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scene_simulator.errors import SceneError
 from shirube_core.geometry import PinholeCamera
 
-Box = tuple[float, float, float, float, float, float]
-"""x, y and z of the lowest and then of the highest corner [m]."""
+Box = tuple[float, float, float, float, float, float]  # x, y and z of the lowest and then of the highest corner [m]
 
 
 @dataclass(frozen=True)
@@ -37,11 +36,14 @@ class BoxRoom:
             if not all(low < high for low, high in zip(box[:3], box[3:], strict=True)):
                 raise SceneError(f'box {box} has no volume; give the lowest corner, then the highest')
 
-    def depth_image(self, camera: PinholeCamera, T_map_camera: NDArray[np.float64]) -> NDArray[np.float32]:
+    def depth_image(
+        self, camera: PinholeCamera, T_map_camera: NDArray[np.float64], solids: Solids | None = None
+    ) -> NDArray[np.float32]:
         """Return the depth along the optical axis, shape (height, width) [m], seen from T_map_camera, shape (4, 4)."""
-        intrinsics = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
-        boxes = np.array(self.boxes, dtype=np.float64).reshape(-1, 6)
-        return _cast_rays((camera.height, camera.width), intrinsics, T_map_camera, np.array(self.size), boxes)
+        v, u = np.mgrid[: camera.height, : camera.width]
+        rays = camera.rays_from_pixels(np.column_stack([u.ravel(), v.ravel()])) @ T_map_camera[:3, :3].T  # of depth 1
+        depth = cast_rays(self, solids or Solids(), T_map_camera[:3, 3], rays)
+        return depth.reshape(u.shape).astype(np.float32)
 
     def solid_cells(
         self, corner: tuple[float, float], resolution: float, shape: tuple[int, int], heights: tuple[float, float]
@@ -91,31 +93,6 @@ def forward_camera(x: float, y: float, height: float, yaw: float) -> NDArray[np.
 
 
 @njit(cache=True)
-def _cast_rays(
-    shape: tuple[int, int],
-    intrinsics: NDArray[np.float64],
-    T: NDArray[np.float64],
-    size: NDArray[np.float64],
-    boxes: NDArray[np.float64],
-) -> NDArray[np.float32]:
-    """Return the depth at which each pixel's ray meets the nearest surface; rays have length 1 along the axis."""
-    depth = np.empty(shape, dtype=np.float32)
-    ray = np.empty(3)
-    for row in range(shape[0]):
-        for column in range(shape[1]):
-            a, b = (column - intrinsics[2]) / intrinsics[0], (row - intrinsics[3]) / intrinsics[1]
-            for k in range(3):
-                ray[k] = T[k, 0] * a + T[k, 1] * b + T[k, 2]
-            nearest = intersect_box(size, T[:, 3], ray)[1]
-            for box in boxes:
-                t_entry, t_exit = intersect_box(box, T[:, 3], ray)
-                if 0.0 < t_entry < t_exit and t_entry < nearest:
-                    nearest = t_entry
-            depth[row, column] = nearest
-    return depth
-
-
-@njit(cache=True)
 def intersect_box(
     box: NDArray[np.float64], start: NDArray[np.float64], ray: NDArray[np.float64]
 ) -> tuple[float, float]:
@@ -145,20 +122,14 @@ def disc_clearance(room: BoxRoom, x: float, y: float, radius: float, height: flo
     return nearest - radius
 
 
-Cylinder = tuple[float, float, float, float, float, float, float]
-"""x, y and z of both ends of the axis, radius [m]."""
+Cylinder = tuple[float, float, float, float, float, float, float]  # x, y and z of both ends of the axis, radius [m]
 TurnedBox = tuple[float, float, float, float, float, float, float]
 """x and y of the middle [m], yaw [rad], half length and half width, lowest and highest z [m]."""
 
 
 @dataclass(frozen=True)
 class Solids:
-    """Bodies at one time.
-
-    Attributes:
-        cylinders: upright or lying cylinders.
-        boxes: boxes that are turned about the vertical.
-    """
+    """Bodies at one time: upright or lying cylinders, and boxes that are turned about the vertical."""
 
     cylinders: tuple[Cylinder, ...] = ()
     boxes: tuple[TurnedBox, ...] = ()

@@ -11,26 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 from scene_simulator.errors import SceneError
 from scene_simulator.room.box_room import Box, BoxRoom
 
-_BOARD = 0.03
-"""Thickness of boards and panels [m]."""
-
-_LEG = 0.05
-"""Width of a leg [m]."""
-
-_GAP = 0.1
-"""Minimum gap between two footprints [m]."""
-
+_BOARD = 0.03  # thickness of boards and panels [m]
+_LEG = 0.05  # width of a leg [m]
+_GAP = 0.1  # minimum gap between two footprints [m]
 _TRIES = 2000
 
 
 @dataclass(frozen=True)
 class Furniture:
-    """A furniture item.
-
-    Attributes:
-        kind: crate, table, rack or overhang.
-        boxes: boxes that the item consists of.
-    """
+    """A crate, table, rack or overhang, and the boxes that it consists of."""
 
     kind: str
     boxes: tuple[Box, ...]
@@ -82,12 +71,7 @@ def overhang(size_x: float, size_y: float, low: float, high: float) -> Furniture
 
 @dataclass(frozen=True)
 class FurnishedRoom:
-    """A room and its furniture.
-
-    Attributes:
-        size: the room's own corners.
-        furniture: furniture items.
-    """
+    """A room, by its own corners, and its furniture."""
 
     size: Box
     furniture: tuple[Furniture, ...]

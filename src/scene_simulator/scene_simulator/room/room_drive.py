@@ -22,13 +22,7 @@ _GREY = 128.0
 
 @dataclass(frozen=True)
 class CameraRig:
-    """An L of rectified cameras.
-
-    Attributes:
-        camera: intrinsics of all three cameras, without distortion.
-        mount: pose of the left camera's optical frame in ``base_link``.
-        baseline: distance from the left camera to each of the others [m].
-    """
+    """An L of rectified cameras: intrinsics of all, mount of the left one, distance of the others from it [m]."""
 
     camera: PinholeCamera
     mount: CameraMount
@@ -107,9 +101,7 @@ def _corner(i: int, j: int, k: int) -> float:
 
 
 _PICTURE_NOISE, _POSE_NOISE = 1, 2
-_PATH_STEP = 0.02
-"""Time step of the path that stays free [s]."""
-
+_PATH_STEP = 0.02  # time step of the path that stays free [s]
 _SPEED = 0.55
 _CORNERS = ((-2.6, -1.1), (-1.5, -1.7), (0.3, -1.3), (2.1, -1.6), (2.7, -0.3), (2.2, 1.4), (0.5, 1.7), (-1.6, 1.5))
 RIG = CameraRig(

@@ -157,11 +157,7 @@ def wait_for_subscribers(options: argparse.Namespace, player: BagPlayer, stop: E
 
 
 def playable_topics(bag: BagReader, wanted: Sequence[str]) -> list[str]:
-    """Return the topics to play; without a selection, topics of unknown types are skipped and reported.
-
-    Raises:
-        ReplayError: the type of a requested topic is not installed, or no topic remains.
-    """
+    """Return the topics to play; types that are not installed are skipped, or a ReplayError if they are wanted."""
     topics = []
     for topic in bag.select_topics(wanted):
         try:

@@ -15,6 +15,7 @@ from shirube_bringup.building import write_building
 from shirube_bringup.nodes import PLANNERS, MissionError
 from shirube_bringup.report.page import write_report
 from shirube_bringup.run import run_mission
+from shirube_core.command import run_command
 from shirube_core.files import write_text
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -24,37 +25,29 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     os.environ['ROS_AUTOMATIC_DISCOVERY_RANGE'] = 'LOCALHOST'
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # as Ctrl-C: otherwise the render worker stays
+    errors = (MissionError, SceneError, ShirubeBagsError, StereoLandmarkError)
     try:
-        check_bag_path(options.record)
-        options.folder.mkdir(parents=True, exist_ok=True)
-        files = write_building((options.building or options.folder / 'building').absolute())
-        folder = options.folder.absolute()
-        summary, traces = run_mission(
-            options.seed,
-            files,
-            folder,
-            partial(print, flush=True),
-            options.record,
-            launched=options.launched,
-            planner=options.planner,
-            is_kidnapped=options.kidnap,
-            people=options.people,
-            domain=options.domain,
-        )
-        write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
-        lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in traces.truth)
-        write_text(options.folder / 'track.csv', f't,x,y,yaw\n{lines}')
-        write_text(options.folder / 'traces.json', traces.as_json())
-        print(f'Report: {write_report(options.folder, summary, traces)}')
+        return run_command('room', lambda: _drive(options), errors)
     except KeyboardInterrupt:
         print('room: interrupted; the nodes have ended', file=sys.stderr)
         return 1
-    except (MissionError, SceneError, ShirubeBagsError, StereoLandmarkError) as fault:
-        print(f'room: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'room: {fault.filename}: {fault.strerror}; choose a writable place', file=sys.stderr)
-        return 1
+
+
+def _drive(options: argparse.Namespace) -> int:
+    """Run the mission and write its files; return 0 if it was successful, else 1."""
+    check_bag_path(options.record)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    files = write_building((options.building or options.folder / 'building').absolute())
+    folder, log = options.folder.absolute(), partial(print, flush=True)
+    chosen = {name: getattr(options, name) for name in ('launched', 'planner', 'people', 'domain')}
+    summary, traces = run_mission(
+        options.seed, files, folder, log, options.record, is_kidnapped=options.kidnap, **chosen
+    )
+    write_text(options.folder / 'summary.json', json.dumps(summary, indent=2) + '\n')
+    lines = ''.join(f'{t:.2f},{x:.4f},{y:.4f},{yaw:.4f}\n' for t, x, y, yaw in traces.truth)
+    write_text(options.folder / 'track.csv', f't,x,y,yaw\n{lines}')
+    write_text(options.folder / 'traces.json', traces.as_json())
+    print(f'Report: {write_report(options.folder, summary, traces)}')
     print(f'{"success" if summary["success"] else "FAILURE"}: {summary["ended"]}')
     return 0 if summary['success'] else 1
 
@@ -69,12 +62,8 @@ def _parser() -> argparse.ArgumentParser:
         '--building', type=Path, help='folder of map, lamps and taught places (default: FOLDER/building)'
     )
     parser.add_argument('--record', type=Path, metavar='BAG', help='record the mission to this bag (a new folder)')
-    parser.add_argument(
-        '--planner',
-        choices=sorted(PLANNERS),
-        default='default',
-        help="shortest routes, or the paper's map and reward rule (default: %(default)s)",
-    )
+    about = "shortest routes, or the paper's map and reward rule (default: %(default)s)"
+    parser.add_argument('--planner', choices=sorted(PLANNERS), default='default', help=about)
     parser.add_argument('--kidnap', action='store_true', help='carry the robot away at the first goal')
     parser.add_argument('--people', type=int, default=2, help='people who walk in the room (default: %(default)s)')
     parser.add_argument('--domain', type=int, help='ROS domain of the nodes (default: a free one)')

@@ -17,17 +17,9 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from scene_simulator.mission.layout import ROBOT_RADIUS, ROOM, ZONES
-from shirube_bringup.record import FUSED_ERROR_MAX, GridMap, MissionTraces
+from shirube_bringup.record import FUSED_ERROR_MAX, Array, GridMap, MissionTraces, as_array, pose_errors
 from shirube_bringup.report.replay import SOURCES
-from shirube_bringup.report.trace_errors import (
-    Array,
-    align_all_poses,
-    as_array,
-    compute_speeds,
-    pose_errors,
-    status_rates,
-    zone_spans,
-)
+from shirube_bringup.report.trace_errors import align_all_poses, compute_speeds, status_rates, zone_spans
 from shirube_core.files import atomic_write
 
 COLOURS = {
@@ -45,8 +37,7 @@ _OCCUPIED = 50
 _MARGIN = 0.15
 _STATUS_COLOURS = ('#dc2626', '#f59e0b', '#9333ea', '#0891b2', '#be185d', '#525252')
 _USED = 'used'
-_ERROR_MIN = 1e-2
-"""Smaller errors are drawn at this value [mm]: the axis is logarithmic."""
+_ERROR_MIN = 1e-2  # smaller errors are drawn at this value [mm]: the axis is logarithmic
 
 
 @contextmanager

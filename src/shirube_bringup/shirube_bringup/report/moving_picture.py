@@ -10,15 +10,13 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from scene_simulator.mission.layout import ROBOT_RADIUS, ZONES
-from shirube_bringup.record import MissionTraces
+from shirube_bringup.record import MissionTraces, as_array
 from shirube_bringup.report.figures import COLOURS, PEOPLE, TRUTH, ZONE_COLOURS, ZONE_LABELS, draw_background
 from shirube_bringup.report.replay import SOURCES, main_status
-from shirube_bringup.report.trace_errors import align_all_poses, as_array
+from shirube_bringup.report.trace_errors import align_all_poses
 
-_RATE, _IMAGES, _LAST = 10, 130, 15
-"""Images per second, images of the drive, and images at its end."""
-_PERSON_RADIUS, _TRAIL = 0.25, 8.0
-"""Radius of a person [m], and for how long a source's pose is shown [simulated s]."""
+_RATE, _IMAGES, _LAST = 10, 130, 15  # images per second, images of the drive, and images at its end
+_PERSON_RADIUS, _TRAIL = 0.25, 8.0  # radius of a person [m], and for how long a source's pose is shown [simulated s]
 
 
 class _Drive:

@@ -8,7 +8,15 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
-from shirube_bringup.record import FUSED_ERROR_MAX, TRUE_ERROR_MAX, MissionTraces, count_collisions
+from shirube_bringup.record import (
+    FUSED_ERROR_MAX,
+    TRUE_ERROR_MAX,
+    Array,
+    MissionTraces,
+    as_array,
+    count_collisions,
+    pose_errors,
+)
 from shirube_bringup.report.figures import (
     LABELS,
     draw_errors,
@@ -19,7 +27,7 @@ from shirube_bringup.report.figures import (
     draw_tracks,
 )
 from shirube_bringup.report.replay import replay_data
-from shirube_bringup.report.trace_errors import Array, align_all_poses, as_array, pose_errors, zone_spans
+from shirube_bringup.report.trace_errors import align_all_poses, zone_spans
 from shirube_core.files import write_text
 
 PICTURES = {

@@ -5,11 +5,10 @@ from typing import Any
 import numpy as np
 
 from scene_simulator.mission.layout import ROBOT_RADIUS, ROOM, ZONES
-from shirube_bringup.record import MissionTraces
-from shirube_bringup.report.trace_errors import Array, align_all_poses, as_array, status_rates
+from shirube_bringup.record import Array, MissionTraces, as_array
+from shirube_bringup.report.trace_errors import align_all_poses, status_rates
 
-_PERIOD = 0.1
-"""Period of the replay [s]."""
+_PERIOD = 0.1  # period of the replay [s]
 SOURCES = ('floor_localizer', 'vlc_beacon', 'stereo_landmark')
 
 

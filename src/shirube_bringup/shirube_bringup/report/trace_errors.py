@@ -1,35 +1,12 @@
 """Pose errors against ground truth, and the times of the robot in each zone."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from scene_simulator.mission.layout import ZONES
-from shirube_bringup.record import MissionTraces, StampedNumbers
+from shirube_bringup.record import Array, MissionTraces, as_array, true_poses
 from shirube_core.geometry import SE2
-
-Array = NDArray[np.float64]
-
-
-def as_array(poses: Sequence[StampedNumbers]) -> Array:
-    """Return poses as an array, shape (n, 4): time, x, y, yaw."""
-    return np.array(poses, dtype=np.float64).reshape(-1, 4)
-
-
-def true_poses(truth: Array, times: Array) -> Array:
-    """Return the true poses at times, shape (m,) [s], interpolated between those of shape (n, 4), shape (m, 4)."""
-    columns = (truth[:, 1], truth[:, 2], np.unwrap(truth[:, 3]))
-    return np.column_stack([times, *(np.interp(times, truth[:, 0], column) for column in columns)])
-
-
-def pose_errors(poses: Array, truth: Array) -> tuple[Array, Array, Array]:
-    """Return time [s], position error [m] and yaw error [rad] of each pose that is not before the first true pose."""
-    poses = poses[poses[:, 0] >= truth[0, 0]]
-    differences = poses - true_poses(truth, poses[:, 0])
-    yaw_error = np.remainder(differences[:, 3] + np.pi, 2.0 * np.pi) - np.pi
-    return poses[:, 0], np.hypot(differences[:, 1], differences[:, 2]), yaw_error
 
 
 def align_to_map(odometry: Array, truth: Array) -> Array:
@@ -39,8 +16,7 @@ def align_to_map(odometry: Array, truth: Array) -> Array:
     start = true_poses(truth, odometry[:1, 0])[0]
     first = odometry[0]
     T_map_odom = SE2(*start[1:].tolist()) @ SE2(*first[1:].tolist()).inverse()
-    moved = [T_map_odom @ SE2(x, y, yaw) for _, x, y, yaw in odometry.tolist()]
-    return np.column_stack([odometry[:, 0], np.array([(pose.x, pose.y, pose.yaw) for pose in moved])])
+    return np.column_stack([odometry[:, 0], T_map_odom.transform(odometry[:, 1:3]), odometry[:, 3] + T_map_odom.yaw])
 
 
 def zone_spans(truth: Array) -> dict[str, list[tuple[float, float]]]:

@@ -33,13 +33,7 @@ _SECONDS_MIN = 2.0  # about two packets with an ID
 
 @dataclass(frozen=True)
 class FilmLamps:
-    """What a film shows.
-
-    Attributes:
-        rate: images per second.
-        count: number of images.
-        lamps: lamps of some images.
-    """
+    """What a film shows: images per second, number of images, and lamps of some of them."""
 
     rate: float
     count: int

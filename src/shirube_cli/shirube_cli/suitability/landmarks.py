@@ -35,11 +35,7 @@ _SETTINGS = LandmarkSettings(place=PlaceSettings(tilt_sigma=0.1))  # cameras in 
 
 
 def rectify(left: Image, right: Image, rig: StereoRig) -> StereoImages:
-    """Return a rectified pair; one that was taken from two places by hand is rectified by its features.
-
-    Raises:
-        CommandError: the photographs have too little in common, or left and right are swapped.
-    """
+    """Return a rectified pair, by its features if it was taken by hand; raise a CommandError if they are too few."""
     fault = check_pair(left, right, rig).fault
     if fault is PairFault.NOT_RECTIFIED:
         here, there = detect_features(left), detect_features(right)

@@ -25,11 +25,7 @@ class Film(NamedTuple):
 
 
 def read_film(path: Path, count: int, *, spread: bool = False) -> Film:
-    """Return the first pictures of a file or folder, as the sensor stored them, or some that are spread over a film.
-
-    Raises:
-        CommandError: there is no picture, or it is too small.
-    """
+    """Return the first, or spread, pictures of a file or folder as the sensor stored them; raises `CommandError`."""
     if path.is_dir() or path.suffix.lower() in _SUFFIXES:
         files = sorted(each for each in path.iterdir() if each.suffix.lower() in _SUFFIXES) if path.is_dir() else [path]
         kind = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION

@@ -19,11 +19,7 @@ _BLUR = 7  # before edges are searched [px]
 
 
 def find_card(image: Image) -> tuple[float, NDArray[np.int32]]:
-    """Return the scale of a photograph, shape (h, w, 3) [mm/px], by a bank card on it, and the card's outline.
-
-    Raises:
-        CommandError: no card is found, or it is seen obliquely.
-    """
+    """Return the scale [mm/px] by a bank card on a photograph, and the card's outline; raises `CommandError`."""
     best: tuple[float, NDArray[np.int32]] | None = None
     error = _ASPECT_TOLERANCE
     for outline in _outlines(image):

@@ -29,8 +29,7 @@ from floor_localizer.core.constellation.dot_grid import DotGrid
 from floor_localizer.core.dots import ViewDots
 from shirube_core.geometry import SE2
 
-AMBIGUITY_FRACTION = 0.8
-"""A runner-up with at least this fraction of the best pose's matches makes the pose ambiguous."""
+AMBIGUITY_FRACTION = 0.8  # a runner-up with at least this fraction of the best pose's matches makes the pose ambiguous
 # Margin on the scale tolerance for the error of the fitted scale.
 _SCALE_MARGIN = 1.3
 _POSE = np.dtype([('log_chance', np.float64), ('a', np.complex128), ('b', np.complex128), ('matched', np.float64)])
@@ -163,9 +162,7 @@ def is_accepted(search: SearchState, pose: ScoredPose) -> bool:
 
 @njit(cache=True)
 def score_hypothesis(grid: DotGrid, view: ViewDots, search: SearchState, a: complex, b: complex) -> bool:
-    """Match the whole view under a hypothesis, update best pose and runner-up, and return whether the best is
-    accepted.
-    """
+    """Match the whole view under a hypothesis, update best pose and runner-up; return whether the best is accepted."""
     search.counts[2] += 1
     pose = _score_match(view, search, match_view(grid, view, a, b, search.matches, search.residuals))
     if not is_accepted(search, pose):

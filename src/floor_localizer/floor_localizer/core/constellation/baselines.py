@@ -88,13 +88,7 @@ def _close_pairs(points: Floats, lune: Ints, longest: float) -> Ints:
 
 
 class ViewBaselines(NamedTuple):
-    """Baselines of a view, sorted by the number of dots in their lunes, then from long to short.
-
-    Attributes:
-        ends: shape (p, 2), dots at both ends.
-        lengths: shape (p,), lengths [m].
-        lune_counts: shape (p,), numbers of dots in the lunes.
-    """
+    """Baselines by lune count, then long to short: ends, (p, 2), lengths, (p,) [m], dots in their lunes, (p,)."""
 
     ends: Ints
     lengths: Floats

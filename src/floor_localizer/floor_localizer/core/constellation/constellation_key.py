@@ -11,9 +11,7 @@ from numba import njit
 
 from floor_localizer.core.arrays import Floats, Ints
 
-INNER_DOTS = 4
-"""Number of dots of a constellation other than the two ends of its baseline."""
-
+INNER_DOTS = 4  # number of dots of a constellation other than the two ends of its baseline
 KEY_SIZE = 2 * INNER_DOTS
 
 # In the lune, the points closer to both ends of the baseline than its length, x is in 0..1 and y in +-0.866; the rest
@@ -21,25 +19,15 @@ KEY_SIZE = 2 * INNER_DOTS
 X_LOWER, Y_LOWER = -0.1, -1.0
 LOWER = (X_LOWER, Y_LOWER)
 
-STEPS_PER_CELL = 8
-"""Quantization steps per cell along each coordinate."""
+STEPS_PER_CELL = 8  # quantization steps per cell along each coordinate
 STEP_BITS = np.uint64(3)
 _STEP_MASK = np.uint64(STEPS_PER_CELL - 1)
 _CELL_SIDE_MIN, _CELL_SIDE_MAX = 0.03, 0.3
 
-COORDINATE_HASHES = np.array(
-    [
-        0x9E3779B97F4A7C15,
-        0xBF58476D1CE4E5B9,
-        0x94D049BB133111EB,
-        0xD6E8FEB86659FD93,
-        0xC2B2AE3D27D4EB4F,
-        0xFF51AFD7ED558CCD,
-        0xC4CEB9FE1A85EC53,
-        0x8EBC6AF09C88C6E3,
-    ],
-    dtype=np.uint64,
-)
+COORDINATE_HASHES = np.array([
+    0x9E3779B97F4A7C15, 0xBF58476D1CE4E5B9, 0x94D049BB133111EB, 0xD6E8FEB86659FD93,
+    0xC2B2AE3D27D4EB4F, 0xFF51AFD7ED558CCD, 0xC4CEB9FE1A85EC53, 0x8EBC6AF09C88C6E3,
+], dtype=np.uint64)  # fmt: skip
 """Hash increments from a cell to the next one along each coordinate: odd pseudorandom numbers."""
 
 

@@ -61,12 +61,7 @@ class Lookups(NamedTuple):
 
 
 class ProbabilityRange(NamedTuple):
-    """Range of probability of the cells to open.
-
-    Attributes:
-        minimum: lower end, included.
-        maximum: upper end, excluded.
-    """
+    """Range of probability of the cells to open: ``minimum`` is included, ``maximum`` is not."""
 
     minimum: float
     maximum: float
@@ -231,9 +226,7 @@ def _compatible_steps(cell: int, value: float, tolerance: float, lower: float, s
 
 @njit(cache=True)
 def is_compatible(lookups: Lookups, lookup: int, subcell: np.uint64) -> bool:
-    """Return whether a key, by its subcell, of the opened cell number ``lookup`` is within the gate along all
-    coordinates.
-    """
+    """Return whether a key, by its subcell, of the opened cell ``lookup`` is within the gate along all coordinates."""
     owner, neighbour_bits = lookups.owners[lookup], lookups.neighbour_bits[lookup]
     for k in range(KEY_SIZE):
         if not (lookups.compatible[owner, k, (neighbour_bits >> k) & 1] >> subcell_step(subcell, k)) & 1:

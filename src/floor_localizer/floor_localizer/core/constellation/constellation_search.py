@@ -75,13 +75,7 @@ _NO_ENTRY = np.int64(-1)
 
 
 class SearchRound(NamedTuple):
-    """Cells and keys that are tested in one round.
-
-    Attributes:
-        cells: range of probability of the cells to open.
-        misfit_from: minimum misfit; keys below were tested in an earlier round.
-        misfit_below: maximum misfit, excluded.
-    """
+    """Cells (range of probability) and keys (misfit from, to below) that are tested in one round."""
 
     cells: ProbabilityRange
     misfit_from: float

@@ -13,8 +13,7 @@ from floor_localizer.core.arrays import Float32s, Floats, Ints
 # Maximum number of cells per dot: limits the memory of a bounding box that is mostly empty floor.
 _CELLS_PER_DOT = 16
 
-BLOCK_ROWS = 4
-"""Side of a block in which pairs of dots are counted [cells]."""
+BLOCK_ROWS = 4  # side of a block in which pairs of dots are counted [cells]
 
 
 class DotGrid(NamedTuple):

@@ -17,8 +17,7 @@ from floor_localizer.core.constellation.dot_grid import DotGrid, nearest_dot
 from floor_localizer.core.errors import FloorLocalizerError
 
 DOT_BITS = 28
-DOTS_MAX = 1 << DOT_BITS
-"""A map of more dots cannot be indexed."""
+DOTS_MAX = 1 << DOT_BITS  # a map of more dots cannot be indexed
 
 _DIRECTIONS, _LENGTHS = 128, 32
 _DIRECTION_SHIFT = np.uint64(DOT_BITS)
@@ -29,12 +28,10 @@ _DIRECTION_MASK = np.uint64(_DIRECTIONS - 1)
 _LENGTH_MASK = np.uint64(_LENGTHS - 1)
 # Step of the logarithm of the length; the shortest length is an eighth of the longest.
 _LOG_LENGTH_STEP = 3.0 * math.log(2.0) / _LENGTHS
-LENGTH_ROUNDING = 0.5 * _LOG_LENGTH_STEP
-"""Maximum relative rounding error of a length."""
+LENGTH_ROUNDING = 0.5 * _LOG_LENGTH_STEP  # maximum relative rounding error of a length
 # Search radius for the other end [baseline lengths]: the maximum rounding error and a margin.
 _SEARCH_RADIUS = 1.1 * math.hypot(LENGTH_ROUNDING, math.pi / _DIRECTIONS)
-LARGE_MAP = 5_000_000
-"""Maps with more dots are indexed more sparsely, and are not searched by pairs of dots."""
+LARGE_MAP = 5_000_000  # maps with more dots are indexed more sparsely, and are not searched by pairs of dots
 # Maximum length of a baseline [mean dot spacings].
 _MAX_BASELINE = 3.0
 

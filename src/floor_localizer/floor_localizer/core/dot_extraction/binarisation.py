@@ -39,8 +39,7 @@ _COARSE_DIAMETERS = {'dark': 24.0, 'light': 24.0, 'any': 12.0}
 # filter of this fraction of the window restores the gradient, except at edges, where it changes the floor by more.
 _SMOOTHING = 0.3
 _PLATEAU_EDGE = 0.02
-SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}
-"""Sign of a dot's difference from the floor, 0 for any difference."""
+SIGNS = {'dark': -1.0, 'light': 1.0, 'any': 0.0}  # sign of a dot's difference from the floor, 0 for any difference
 # Threshold. Side of the tiles in which the noise of the floor is estimated [diameters of the largest dot].
 _TILE = 1.6
 # Enough samples that neighbouring samples of a row are on the same area of floor, even between many chips.

@@ -91,17 +91,8 @@ def measure_blobs(image: Pixels, background: Float32s, mask: Pixels, labels: Lab
     """
     noise = noise_at(image, (boxes[:, :2] + boxes[:, 2:4] - 1) // 2)
     table = _measure(image, background, mask, labels, boxes, noise, SURROUNDINGS_WIDTH)
-    return Blobs(
-        table[:, [_U, _V]],
-        table[:, _NOISE],
-        table[:, _AREA],
-        table[:, _UU : _VV + 1],
-        table[:, _CONTRAST],
-        table[:, _STEP],
-        table[:, _CLIPPED],
-        table[:, _SOFTNESS],
-        table[:, _EDGE_ASYMMETRY],
-    )
+    further = (table[:, column] for column in (_CONTRAST, _STEP, _CLIPPED, _SOFTNESS, _EDGE_ASYMMETRY))
+    return Blobs(table[:, [_U, _V]], table[:, _NOISE], table[:, _AREA], table[:, _UU : _VV + 1], *further)
 
 
 @njit(cache=True, error_model='numpy')

@@ -36,9 +36,7 @@ def relative_contrast(image: Pixels, background: Float32s, sign: float) -> Float
 
 @njit(cache=True, error_model='numpy')
 def contrast_direction(image: Pixels, background: Float32s, indices: Ints) -> Floats:
-    """Return the unit vector of the mean contrast to the floor of the pixels (row, column) of ``indices``, over the
-    channels.
-    """
+    """Return the unit vector, over the channels, of the mean contrast of the pixels (row, column) of ``indices``."""
     direction = np.zeros(image.shape[2])
     for k in range(len(indices)):
         v, u = indices[k, 0], indices[k, 1]

@@ -127,12 +127,8 @@ def _are_probably_merged(blobs: Blobs, elongations: Floats) -> Booleans:
     return np.asarray((blobs.areas > fence) & (elongations > _MERGED_ELONGATION))
 
 
-SMALLEST_SIDE = 32
-"""Minimum side of an image [px]."""
-
-SPECK_AREA_FRACTION = 0.5
-"""Minimum area of a blob, as a fraction of the smallest dot's area; smaller blobs are noise."""
-
+SMALLEST_SIDE = 32  # minimum side of an image [px]
+SPECK_AREA_FRACTION = 0.5  # minimum area of a blob, as a fraction of the smallest dot's area; smaller blobs are noise
 MIN_PART_DIAMETER = 0.55
 """Minimum diameter of a dot split from a blob, as a fraction of the typical dot's diameter; hairs are thinner."""
 
@@ -206,11 +202,7 @@ class DotDetector:
 
 
 def check_image(image: Pixels) -> None:
-    """Check type, shape and size of an image.
-
-    Raises:
-        DotImageError: one line with the type or shape and what is expected.
-    """
+    """Check an image; raise a DotImageError that names its type, shape or size and what is expected."""
     if not isinstance(image, np.ndarray) or image.dtype != np.uint8:
         kind = f'{image.dtype} values' if isinstance(image, np.ndarray) else type(image).__name__
         raise DotImageError(f'the image holds {kind}, it must be an array of uint8 (mono8 or bgr8)')

@@ -6,12 +6,8 @@ from numpy.typing import NDArray
 
 from floor_localizer.core.arrays import Ints, Pixels
 
-Labels = NDArray[np.int32]
-"""Label image, shape (h, w): 0 is the floor, blobs are numbered from 1."""
-
-DISCARDED = -(2**31)
-"""Label of pixels that are neither floor nor blob."""
-
+Labels = NDArray[np.int32]  # label image, shape (h, w): 0 is the floor, blobs are numbered from 1
+DISCARDED = -(2**31)  # label of pixels that are neither floor nor blob
 Boxes = NDArray[np.int32]
 """Bounding boxes of blobs, shape (n, 5): left, top, right (exclusive), bottom (exclusive), area [px].
 
@@ -21,8 +17,7 @@ Row i belongs to label i + 1.
 _PIXELS_PER_CHUNK = 8
 _MARGIN = 2
 _RING = 2
-SURROUNDINGS_WIDTH = _MARGIN + _RING
-"""Width of the surroundings outside the bounding box of a blob [px]."""
+SURROUNDINGS_WIDTH = _MARGIN + _RING  # width of the surroundings outside the bounding box of a blob [px]
 
 
 def label_blobs(mask: Pixels, smallest_area: float = 0.0) -> tuple[Labels, Boxes]:

@@ -21,15 +21,12 @@ from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_r
 
 # Tilts to try about both axes [rad]; the error from tilts in between is smaller than the dot spacing.
 _TILTS = tuple(math.radians(degrees) for degrees in (0.0, -5.0, 5.0, -10.0, 10.0, -15.0, 15.0))
-_SCALE_TOLERANCE = 0.12
-"""Relative error of the scale estimated from dot diameters, as ink spreads and edges blur."""
+_SCALE_TOLERANCE = 0.12  # relative error of the scale estimated from dot diameters, as ink spreads and edges blur
 _SIGMA = 0.0004
 _CHANCE_ALIGNMENTS_MAX = 1e-6
-_STOP_FRACTION = 0.8
-"""Fraction of matched dots at which the search over tilts stops."""
+_STOP_FRACTION = 0.8  # fraction of matched dots at which the search over tilts stops
 _MIN_DOTS = 12
-_MIN_COVERAGE = 0.4
-"""Smallest fraction of the image's width and height covered by the matched dots."""
+_MIN_COVERAGE = 0.4  # smallest fraction of the image's width and height covered by the matched dots
 _RESIDUAL_MAX = 1.5
 _SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 0.03
 
@@ -37,9 +34,7 @@ _SIGMA_TILT_MAX, _SIGMA_HEIGHT_MAX, _SIGMA_FOCAL_MAX = math.radians(0.3), 0.02, 
 def match_mat(
     dots: DetectedDots, camera: PinholeCamera, mat: DotMap, initial_mount: CameraMount
 ) -> tuple[Ints, Ints] | None:
-    """Return the indices of the matched dots in the image and in the mat; None if they match at no tilt within
-    15 degrees of the initial mount.
-    """
+    """Return the matched dots in image and mat (indices); None if none match within 15 degrees of the initial mount."""
     matcher = DotMatcher(mat.points)
     height = float(np.median(mat.diameters)) * math.sqrt(camera.fx * camera.fy) / float(np.median(dots.diameters))
     rays = camera.rays_from_pixels(dots.pixels)

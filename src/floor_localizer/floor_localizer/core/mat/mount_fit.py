@@ -134,8 +134,7 @@ def _initial_guess(camera: PinholeCamera, pixels: Floats, points: Floats) -> tup
     return R_camera_mat.T, position, 0.0
 
 
-_NOT_IN_VIEW = 1e3
-"""Error of a dot without a pixel [px]."""
+_NOT_IN_VIEW = 1e3  # error of a dot without a pixel [px]
 
 
 @dataclass(frozen=True)

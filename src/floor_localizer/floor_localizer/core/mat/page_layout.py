@@ -22,8 +22,7 @@ from shirube_core.settings import setting
 _MAX_FILL_FRACTION = 0.4
 # Resolution of map files, and of the settings that enter the seed.
 _RESOLUTION = 1e6
-SEED_MAX = 2**32 - 1
-"""A seed is an integer from 0 to this."""
+SEED_MAX = 2**32 - 1  # a seed is an integer from 0 to this
 _TRIALS = 5
 
 

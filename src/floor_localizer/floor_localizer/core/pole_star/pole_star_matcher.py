@@ -60,9 +60,7 @@ def prune_to_congruent(agreement: Booleans) -> NDArray[np.intp]:
 
 
 def fit_pose(image_points: Floats, map_points: Floats) -> SE2:
-    """Return the least-squares pose ``T_map_view`` of paired dots, shape (n, 2) [m], two or more, without
-    reflection.
-    """
+    """Return the least-squares pose ``T_map_view`` of two or more paired dots, shape (n, 2) [m], no reflection."""
     image_centre, map_centre = image_points.mean(axis=0), map_points.mean(axis=0)
     a, b = (image_points - image_centre).T, (map_points - map_centre).T
     yaw = math.atan2(float(a[0] @ b[1] - a[1] @ b[0]), float(a[0] @ b[0] + a[1] @ b[1]))
@@ -77,9 +75,7 @@ def farthest_distances(image_points: Floats) -> Floats:
 
 
 def nodes_in_squares(centres: Floats, radii: Floats, pitch: float) -> tuple[NDArray[np.intp], Ints]:
-    """Return which squares, with half sides ``radii`` [m], cover which nodes of the grid: indices of both,
-    shape (e,) each.
-    """
+    """Return which squares, of half sides ``radii`` [m], cover which grid nodes: indices of both, shape (e,) each."""
     low = np.ceil((centres - radii[:, None]) / pitch).astype(np.int64)
     high = np.floor((centres + radii[:, None]) / pitch).astype(np.int64)
     squares, nodes = [], []
@@ -162,11 +158,7 @@ class PoleStarPose:
 
 @dataclass(frozen=True)
 class NoPose:
-    """No pose, with the reason.
-
-    Attributes:
-        reason: one line of text.
-    """
+    """No pose, and the reason in one line."""
 
     reason: str
 
@@ -191,9 +183,7 @@ class PoleStarMatcher:
         return self.select_pose(self.congruent_poses(image_points))
 
     def select_pose(self, poses: list[PoleStarPose]) -> PoleStarPose | NoPose:
-        """Return the first of `congruent_poses` if its match rate is high enough (the reference match rate of
-        3.3.5).
-        """
+        """Return the first of `congruent_poses` if its match rate is high enough (reference match rate of 3.3.5)."""
         minimum = self._settings.match_rate_min
         if not poses:
             return NoPose(f'no region has {self._settings.congruent_min} congruent dots')

@@ -59,9 +59,7 @@ def build_signature_table(map_points: Floats, radius: float, quantum: float) -> 
 
 
 def vote(table: SignatureTable, image_points: Floats, tolerance: float) -> Float32s:
-    """Let each image dot's distances vote for the floor dots with the same distance within a tolerance [m]:
-    votes, shape (n, N).
-    """
+    """Let each image dot's distances vote for floor dots with the same distance [m]: votes, shape (n, N)."""
     quanta = (np.arange(len(table.counts)) + 0.5) * table.quantum
     entries = table.counts.sum(axis=1)
     vote_weights = np.zeros((len(image_points), len(quanta)), dtype=np.float32)
@@ -86,9 +84,7 @@ def pearson_residuals(votes: Float32s) -> Float32s:
 
 
 def top_candidates(votes: Float32s, count: int) -> NDArray[np.intp]:
-    """Return each image dot's candidates, the floor dots with the most votes, shape (n, min(count, N)), in no
-    particular order.
-    """
+    """Return each image dot's candidates, the floor dots with most votes, shape (n, min(count, N)), unordered."""
     if count >= votes.shape[1]:
         return np.tile(np.arange(votes.shape[1]), (len(votes), 1))
     return np.argpartition(votes, -count, axis=1)[:, -count:]

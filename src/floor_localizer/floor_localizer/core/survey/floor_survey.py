@@ -31,8 +31,7 @@ _SEARCH_RADIUS = 0.01
 _MAX_SCALE_CHANGE = 0.1
 # Merge distance of each round, in units of the setting; submaps are less accurate than adjusted images.
 _MERGE_FACTORS = (1.6, 1.0, 0.8)
-ADJUSTMENTS = 2 * len(_MERGE_FACTORS)
-"""Two for each merge distance: with outliers, then without."""
+ADJUSTMENTS = 2 * len(_MERGE_FACTORS)  # two for each merge distance: with outliers, then without
 # Lower bound of the prior standard deviations: relative height, and tilt [rad].
 _MIN_SIGMA = 3e-5
 
@@ -75,11 +74,7 @@ def survey_floor(
     store: ArrayStore,
     existing: DotMap | None = None,
 ) -> SurveyResult:
-    """Make a map in this process from submaps in order; other arguments as for `adjust_survey`.
-
-    Raises:
-        FloorLocalizerError: the images do not overlap.
-    """
+    """Make a map in this process from submaps in order; arguments and errors as for `adjust_survey`."""
     checkpoint = NoCheckpoint()
     connected = connect_images(images, submaps, settings, store, existing, checkpoint)
     return adjust_survey(images, connected, outline, position, settings, store, existing, InProcessRunner(), checkpoint)
@@ -170,13 +165,7 @@ def estimate_priors(states: Floats, position: Floats, settings: SurveySettings) 
 
 @dataclass(frozen=True)
 class KnownLength:
-    """A measured distance.
-
-    Attributes:
-        first: position of a dot on the map before scaling, shape (2,) [m].
-        second: position of the other dot, shape (2,) [m].
-        length: measured distance between their centres [m].
-    """
+    """A measured distance [m], and the positions of both dots on the map before scaling, (2,) [m]."""
 
     first: Floats
     second: Floats
@@ -184,11 +173,7 @@ class KnownLength:
 
 
 def scale_survey(result: SurveyResult, known: KnownLength) -> tuple[SurveyResult, float]:
-    """Return the survey scaled to a known length, and the scale factor.
-
-    Raises:
-        FloorLocalizerError: no dot is at a given position, or the length is implausible.
-    """
+    """Return the scaled survey and the factor; raise a FloorLocalizerError for no dot there or a wrong length."""
     ends = np.array([_dot_at(result.dot_map, position) for position in (known.first, known.second)])
     mapped = float(np.hypot(*(ends[1] - ends[0])))
     if mapped < 2.0 * _SEARCH_RADIUS or not abs(known.length / mapped - 1.0) < _MAX_SCALE_CHANGE:

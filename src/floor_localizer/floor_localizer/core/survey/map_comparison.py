@@ -24,8 +24,7 @@ _ROUNDS = 20
 # Largest distance of matched dots after registration, as a fraction of the dot spacing.
 _MAX_DISTANCE_FRACTION = 0.35
 _MIN_MATCHED = 10
-_AREA_MARGIN = 1.0
-"""A dot farther than this many spacings beyond the other map's dots is outside, not missing."""
+_AREA_MARGIN = 1.0  # a dot farther than this many spacings beyond the other map's dots is outside, not missing
 
 
 @dataclass(frozen=True)
@@ -62,11 +61,7 @@ class MapComparison:
 
 
 def compare(first: DotMap, second: DotMap) -> MapComparison:
-    """Register the second map to the first and compare them.
-
-    Raises:
-        FloorLocalizerError: the maps do not overlap.
-    """
+    """Register the second map to the first and compare them; raise a FloorLocalizerError if they do not overlap."""
     start = _initial_motion(DotMatcher(first.points), second.points)
     if start is None:
         raise FloorLocalizerError(

@@ -43,23 +43,14 @@ def survey_image(
     points = mount.floor_points_from_rays(rays)
     below = np.isfinite(points).all(axis=1)
     metres_per_pixel = mount.xyz[2] / float(np.sqrt(camera.fx * camera.fy))
-    return SurveyImage(
-        name,
-        T_odom_base,
-        np.ascontiguousarray(rays[below] @ mount.rotation.T),
-        np.ascontiguousarray(points[below]),
-        metres_per_pixel * dots.sigmas[below],
-        metres_per_pixel * dots.diameters[below],
-    )
+    directions = np.ascontiguousarray(rays[below] @ mount.rotation.T)
+    sigmas, diameters = (metres_per_pixel * pixels[below] for pixels in (dots.sigmas, dots.diameters))
+    return SurveyImage(name, T_odom_base, directions, np.ascontiguousarray(points[below]), sigmas, diameters)
 
 
 @dataclass(frozen=True)
 class ViewOutline:
-    """Outline of the camera's view on the floor for the level robot.
-
-    Attributes:
-        corners: corners of the view in the base frame, in order around it, shape (4, 2) [m].
-    """
+    """Outline of the view on the floor of the level robot: corners in the base frame, in order, (4, 2) [m]."""
 
     corners: Floats
 
@@ -97,11 +88,7 @@ class ViewOutline:
 
 
 def view_outline(camera: PinholeCamera, mount: CameraMount) -> ViewOutline:
-    """Return the outline of a camera's view on the floor.
-
-    Raises:
-        FloorLocalizerError: the camera sees the horizon.
-    """
+    """Return a camera's view on the floor; raise a FloorLocalizerError if it sees the horizon."""
     right, lower = camera.width - 1.0, camera.height - 1.0
     pixels = np.array([[0.0, 0.0], [right, 0.0], [right, lower], [0.0, lower]])
     corners = mount.floor_points_from_rays(camera.rays_from_pixels(pixels))

@@ -107,17 +107,10 @@ def read_dots(folder: Path, number: int, chunk: CsvChunk) -> None:
     table = read_chunk(chunk)
     known = table[np.isfinite(table[:, 2]), 2]
     parts.save('dots', number, table)
-    parts.finish(
-        'read',
-        number,
-        {
-            'sheet': chunk.level,
-            'dots': len(table),
-            'lower': table[:, :2].min(axis=0, initial=np.inf).tolist(),
-            'upper': table[:, :2].max(axis=0, initial=-np.inf).tolist(),
-            'diameter': float(np.median(known)) if len(known) else None,
-        },
-    )
+    lower, upper = table[:, :2].min(axis=0, initial=np.inf), table[:, :2].max(axis=0, initial=-np.inf)
+    box = {'lower': lower.tolist(), 'upper': upper.tolist()}
+    diameter = float(np.median(known)) if len(known) else None
+    parts.finish('read', number, {'sheet': chunk.level, 'dots': len(table), **box, 'diameter': diameter})
 
 
 def points_on_map(table: Floats, offset: tuple[float, float]) -> Float32s:
@@ -166,14 +159,8 @@ def index_stripe(plan: BuildPlan, places: Places, stripe: int, ends: Ints) -> No
     by_range = np.argsort(ranges, kind='stable')
     parts.save('buckets', stripe, buckets[by_range])
     parts.save('entries', stripe, entries[by_range])
-    parts.finish(
-        'index',
-        stripe,
-        {
-            'pairs': count_pairs(np.diff(own).reshape(rows[1] - rows[0], frame.columns)),
-            'entries': np.bincount(ranges, minlength=plan.ranges).tolist(),
-        },
-    )
+    pairs = count_pairs(np.diff(own).reshape(rows[1] - rows[0], frame.columns))
+    parts.finish('index', stripe, {'pairs': pairs, 'entries': np.bincount(ranges, minlength=plan.ranges).tolist()})
 
 
 def _dots_around(plan: BuildPlan, parts: PartsFolder, stripe: int, ends: Ints) -> tuple[Float32s, int]:

@@ -46,11 +46,7 @@ def file_digest(path: Path) -> str:
 
 
 def split_csv(path: Path, level: int, chunk_bytes: int) -> list[CsvChunk]:
-    """Split the lines after the header into chunks of about ``chunk_bytes``.
-
-    Raises:
-        DotMapError: the file cannot be read, or its header is not that of a dot map.
-    """
+    """Split the lines after the header into chunks of about ``chunk_bytes``; raises `DotMapError`."""
     try:
         with path.open('rb') as file:
             head = file.readline(_MAX_LINE_BYTES)
@@ -68,11 +64,7 @@ def split_csv(path: Path, level: int, chunk_bytes: int) -> list[CsvChunk]:
 
 
 def read_chunk(chunk: CsvChunk) -> Floats:
-    """Return the dots of a chunk, shape (n, 3): x, y and diameter [m], NaN if unknown.
-
-    Raises:
-        DotMapError: a line is malformed, or a value is out of range.
-    """
+    """Return a chunk's dots, (n, 3): x, y, diameter or NaN [m]; raise a DotMapError for a malformed line."""
     with chunk.path.open('rb') as file:
         file.seek(chunk.begin)
         content = file.read(chunk.end - chunk.begin)

@@ -43,19 +43,13 @@ _SQUARES_MAX = 1 << 28
 
 @dataclass(frozen=True)
 class PartSizes:
-    """Sizes of the parts; they affect memory and time, not the result.
-
-    Attributes:
-        chunk_bytes: size of a CSV chunk [bytes].
-        stripe_dots: approximate number of dots in a stripe.
-    """
+    """Size of a CSV chunk [bytes] and number of dots in a stripe; they affect memory and time, not the result."""
 
     chunk_bytes: int = 1 << 25
     stripe_dots: int = 1_000_000
 
 
-DEFAULT_SIZES = PartSizes()
-"""A task takes some hundred megabytes and half a minute."""
+DEFAULT_SIZES = PartSizes()  # a task takes some hundred megabytes and half a minute
 
 
 class IndexBuild:
@@ -91,13 +85,8 @@ class IndexBuild:
             for chunk in split_csv(source.absolute(), level, self._sizes.chunk_bytes)
         ]
         digests = [[source.name, file_digest(source)] for source in self._sources]
-        self._parts.begin(
-            {
-                'version': binary_format.VERSION,
-                'sources': digests,
-                'sizes': [self._sizes.chunk_bytes, self._sizes.stripe_dots],
-            }
-        )
+        sizes = [self._sizes.chunk_bytes, self._sizes.stripe_dots]
+        self._parts.begin({'version': binary_format.VERSION, 'sources': digests, 'sizes': sizes})
         results = self._run_stage(
             'read', read_dots, [(self._folder, number, chunk) for number, chunk in enumerate(chunks)]
         )
@@ -124,7 +113,7 @@ class IndexBuild:
         """Return the levels, none for a single source."""
         if len(self._sources) == 1:
             return ()
-        corners: list[tuple[float, float, float, float]] = []
+        corners = list[tuple[float, float, float, float]]()
         for number, source in enumerate(self._sources):
             chunks = [chunk for chunk in results if chunk['sheet'] == number]
             check_dot_count(sum(chunk['dots'] for chunk in chunks), str(source))
@@ -170,11 +159,8 @@ class IndexBuild:
         def occupied(side: float) -> int:
             return _count_occupied((square_indices(p, lower, upper, side) for p in all_points()), lower, upper, side)
 
-        return {
-            'lower': lower.tolist(),
-            'upper': upper.tolist(),
-            'spacing': spacing_from_counts(lower, upper, dots, occupied),
-        }
+        spacing = spacing_from_counts(lower, upper, dots, occupied)
+        return {'lower': lower.tolist(), 'upper': upper.tolist(), 'spacing': spacing}
 
     def _write_map(self, plan: BuildPlan, counts: Ints, levels: Sequence[Level]) -> None:
         """Write dots, index and header to the file in the folder of the parts."""
@@ -182,29 +168,17 @@ class IndexBuild:
         shapes = _shapes_of(plan)
         places = binary_format.array_locations(shapes)
         self._parts.map_file.touch()
-        results = self._run_stage(
-            'index', index_stripe, [(plan, places, stripe, ends) for stripe in range(plan.stripes)]
-        )
+        stripes = [(plan, places, stripe, ends) for stripe in range(plan.stripes)]
+        results = self._run_stage('index', index_stripe, stripes)
         self._parts.remove_arrays('cut')
         by_range = np.array([stripe['entries'] for stripe in results], dtype=np.int64)
         shapes['index.entries'] = (int(by_range.sum()),)
         places = binary_format.array_locations(shapes)
         before = np.concatenate([[0], np.cumsum(by_range.sum(axis=0))])
         stops = np.cumsum(by_range, axis=1)
-        self._run_stage(
-            'sort',
-            sort_range,
-            [
-                (
-                    plan,
-                    places,
-                    number,
-                    np.column_stack([stops[:, number] - by_range[:, number], stops[:, number]]),
-                    int(before[number]),
-                )
-                for number in range(plan.ranges)
-            ],
-        )
+        slices = np.stack([stops - by_range, stops], axis=-1)
+        tasks = [(plan, places, number, slices[:, number], int(before[number])) for number in range(plan.ranges)]
+        self._run_stage('sort', sort_range, tasks)
         density = density_from_pairs(sum(stripe['pairs'] for stripe in results), plan.dots, plan.frame.cell)
         self._write_header(plan, places, density, levels)
 
@@ -220,9 +194,8 @@ class IndexBuild:
         grid = DotGrid(arrays['grid.points'], arrays['grid.starts'], *plan.frame)
         addresses = build_map_occupancy(grid)
         index = ConstellationIndex(arrays['index.entries'], arrays['index.starts'], plan.rules.step, plan.rules.longest)
-        binary_map = binary_format.BinaryMap(
-            IndexedMap(grid, index, addresses, density, tuple(levels)), arrays['diameters']
-        )
+        floor = IndexedMap(grid, index, addresses, density, tuple(levels))
+        binary_map = binary_format.BinaryMap(floor, arrays['diameters'])
         with path.open('r+b') as file:
             file.write(binary_format.header_bytes(self._out, places, binary_map))
             file.seek(places['addresses.bits'].offset)

@@ -23,8 +23,7 @@ from floor_localizer.core.survey.adjustment.observations import (
 from floor_localizer.core.survey.array_store import ArrayStore
 from floor_localizer.core.survey.survey_image import SurveyImage
 
-_GROUP_SIZE = 32
-"""Number of consecutive images with a common bounding box, which is tested first."""
+_GROUP_SIZE = 32  # number of consecutive images with a common bounding box, which is tested first
 _IMAGES_PER_TILE = 64
 # First width of the halo around a tile, in merge distances.
 _HALO = 8.0
@@ -33,12 +32,7 @@ _GROUPS_PER_TASK = 8
 
 @dataclass(frozen=True)
 class Tile:
-    """Axis-aligned rectangle; infinite at the border of the floor.
-
-    Attributes:
-        lower: lower left corner, inclusive, shape (2,) [m].
-        upper: upper right corner, exclusive, shape (2,) [m].
-    """
+    """Axis-aligned rectangle, infinite at the border: lower corner (inclusive), upper (exclusive), (2,) [m]."""
 
     lower: Floats
     upper: Floats
@@ -79,11 +73,7 @@ def _bisect(centres: Floats, tile: Tile, halvings: int) -> list[Tile]:
 
 @dataclass(frozen=True)
 class ImageBoxes:
-    """Bounding boxes of all images.
-
-    Attributes:
-        store: array store of the boxes.
-    """
+    """Bounding boxes of all images, in an array store."""
 
     store: ArrayStore
 
@@ -97,9 +87,7 @@ class ImageBoxes:
 
 
 def store_boxes(boxes: Floats, store: ArrayStore) -> ImageBoxes:
-    """Store the lower left and upper right corners of the box of each image, shape (k, 2, 2) [m], instead of
-    the previous ones.
-    """
+    """Store lower left and upper right corner of each image's box, shape (k, 2, 2) [m], in place of earlier ones."""
     first = np.arange(0, len(boxes), _GROUP_SIZE)
     group_boxes = [np.minimum.reduceat(boxes[:, 0], first), np.maximum.reduceat(boxes[:, 1], first)]
     store.put('boxes', 0, boxes)

@@ -78,13 +78,7 @@ def _jacobian(directions: Floats, position: Floats, points: Floats, image_states
 
 @dataclass(frozen=True)
 class AdjustmentResult:
-    """Result of a bundle adjustment.
-
-    Attributes:
-        states: shape (k, 6), x, y [m], yaw [rad], scale, roll, pitch [rad] of each image.
-        dots: positions of the dots, shape (m, 2) [m].
-        residuals: residuals of the observations, shape (n, 2) [m].
-    """
+    """Result: states of the images, (k, 6), dots, (m, 2) [m], and residuals of the observations, (n, 2) [m]."""
 
     states: Floats
     dots: Floats

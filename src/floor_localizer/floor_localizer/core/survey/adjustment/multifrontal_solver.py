@@ -31,13 +31,7 @@ _TILE = 60
 
 @dataclass(frozen=True)
 class NormalEquations:
-    """Normal equations of some images, with six unknowns each.
-
-    Attributes:
-        images: indices of the images, ascending, shape (k,).
-        normal: symmetric normal matrix, shape (6 k, 6 k).
-        gradient: gradient, shape (6 k,).
-    """
+    """Normal equations of images, ascending, (k,): symmetric matrix, (6 k, 6 k), and gradient, (6 k,)."""
 
     images: Ints
     normal: Floats
@@ -104,18 +98,12 @@ def back_substitute(upper: Floats, y: Floats, known: Floats) -> Floats:
     return solution
 
 
-_SUBTREE_LEVELS = 3
-"""Levels of the tree in one task, so eight parts: large enough to hide the overhead of scheduling."""
+_SUBTREE_LEVELS = 3  # levels of the tree in one task, so eight parts: large enough to hide the overhead of scheduling
 
 
 @dataclass(frozen=True)
 class PartialSolution:
-    """Solved unknowns of some images.
-
-    Attributes:
-        images: indices of the images, ascending, shape (k,).
-        values: solved unknowns, shape (k, 6).
-    """
+    """Solved unknowns, (k, 6), of some images, ascending indices, (k,)."""
 
     images: Ints
     values: Floats
@@ -177,9 +165,7 @@ class EliminationTree:
         return NormalEquations(*self.store.get(f'complement{level}', index))
 
     def solve(self, level: int, index: int, known: PartialSolution) -> PartialSolution:
-        """Return the unknowns of the images eliminated at a node, by back substitution, given those of all
-        images eliminated above it.
-        """
+        """Return the unknowns of the images eliminated at a node, by back substitution, given those of all above it."""
         if level and len(self.children(level, index)) == 1:
             return EMPTY_SOLUTION
         images, others, upper, y = self.store.get(f'factor{level}', index)

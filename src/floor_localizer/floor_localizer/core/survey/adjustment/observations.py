@@ -86,10 +86,8 @@ def count_expected_views(dots: Floats, states: Floats, outline: ViewOutline, mar
     return counts
 
 
-_BLOCKS_PER_TASK = 4
-"""Blocks processed in one task: enough to hide the overhead of scheduling."""
-_GROUP_SIZE = 32
-"""Number of consecutive images that are stored and read together."""
+_BLOCKS_PER_TASK = 4  # blocks processed in one task: enough to hide the overhead of scheduling
+_GROUP_SIZE = 32  # number of consecutive images that are stored and read together
 
 
 @dataclass(frozen=True)
@@ -122,12 +120,7 @@ class Observations:
 
 @dataclass(frozen=True)
 class ObservationBlock:
-    """All observations of some dots.
-
-    Attributes:
-        observations: the observations; their dot numbers count within the block.
-        fixed_dots: positions of fixed dots, shape (m, 2) [m]; NaN for dots to be estimated.
-    """
+    """All observations of some dots, numbered in the block; positions of fixed dots, (m, 2) [m], NaN for the others."""
 
     observations: Observations
     fixed_dots: Floats
@@ -201,12 +194,7 @@ def _tilt(vectors: Floats, roll: Floats, pitch: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class ProjectedObservations:
-    """Observations on the map, grouped by image.
-
-    Attributes:
-        observations: the observations, not yet assigned to dots.
-        points: projected positions in the map frame, shape (n, 2) [m].
-    """
+    """Observations grouped by image, not yet assigned to dots, and their ``points`` in the map frame, (n, 2) [m]."""
 
     observations: Observations
     points: Floats
@@ -240,12 +228,7 @@ _EMPTY = collect_observations((), np.empty(0, dtype=np.int64), 0.0)
 
 @dataclass(frozen=True)
 class StoredObservations:
-    """Observations in groups of consecutive images, not yet assigned to dots.
-
-    Attributes:
-        store: array store of the observations.
-        images: number of images.
-    """
+    """Observations in groups of consecutive images, not yet assigned to dots, in an array store."""
 
     store: ArrayStore
     images: int

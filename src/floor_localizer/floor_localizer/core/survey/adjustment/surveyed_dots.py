@@ -62,12 +62,7 @@ def _drop_of_block(blocks: ObservationBlocks, position: Floats, number: int) -> 
 
 @dataclass(frozen=True)
 class ExistingDots:
-    """Dots of the existing map, sorted by x.
-
-    Attributes:
-        store: array store of the dots.
-        count: number of dots.
-    """
+    """Dots of the existing map, sorted by x, in an array store, and their number."""
 
     store: ArrayStore
     count: int
@@ -145,18 +140,12 @@ def _fix_dots_of_block(blocks: ObservationBlocks, number: int) -> None:
     blocks.put(number, ObservationBlock(block.observations, fixed))
 
 
-_MIN_EXPECTED_VIEWS = 2
-"""A dot observed once is spurious if at least this many images should have observed it."""
+_MIN_EXPECTED_VIEWS = 2  # a dot observed once is spurious if at least this many images should have observed it
 
 
 @dataclass(frozen=True)
 class Residuals:
-    """Residuals of the adjustment, block by block.
-
-    Attributes:
-        blocks: the observations; the residuals are in their array store.
-        scale: scale factor applied to the map after the adjustment.
-    """
+    """Residuals of the adjustment by block, in its array store; ``scale`` was applied to the map after it."""
 
     blocks: ObservationBlocks
     scale: float = 1.0

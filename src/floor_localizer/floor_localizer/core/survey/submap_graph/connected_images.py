@@ -15,8 +15,7 @@ from floor_localizer.core.survey.submap_graph.pose_graph import component_labels
 from floor_localizer.core.survey.submap_graph.pose_graph_builder import PoseGraphBuilder
 from floor_localizer.core.survey.survey_image import SurveyImage
 
-_MIN_FRACTION = 0.5
-"""Smallest fraction of the images that must be connected."""
+_MIN_FRACTION = 0.5  # smallest fraction of the images that must be connected
 
 
 @dataclass(frozen=True)

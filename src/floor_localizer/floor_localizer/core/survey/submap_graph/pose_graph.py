@@ -29,13 +29,11 @@ _ITERATIONS = 4
 _MAX_DOTS = 30
 # Standard deviation of the scale of a submap, the average over its images.
 _SCALE_SIGMA = 0.005
-DOT_SIGMA = 0.0002
-"""Standard deviation of a dot in a submap, which may be slightly bent [m]."""
+DOT_SIGMA = 0.0002  # standard deviation of a dot in a submap, which may be slightly bent [m]
 _SMALL_RESIDUAL, _LARGE_RESIDUAL = 0.001, 0.005
 """Residual of an edge above which the window, and above which the whole graph is optimised [m]."""
 _OPTIMIZE_EVERY, _OPTIMIZE_FRACTION = 8, 0.1
-_WINDOW = 64
-"""Number of submaps in the sliding window."""
+_WINDOW = 64  # number of submaps in the sliding window
 
 
 @dataclass(frozen=True)
@@ -125,13 +123,7 @@ def component_labels(count: int, edges: Sequence[PoseGraphEdge]) -> Ints:
 
 
 class SubmapPoses:
-    """Similarities a z + b of the submaps in the map frame.
-
-    Attributes:
-        rotations: complex rotation and scale a of each submap.
-        translations: complex translation b of each submap [m].
-        edges: edges between the submaps.
-    """
+    """Similarities a z + b of the submaps in the map frame (``rotations``, ``translations`` [m]), and their edges."""
 
     def __init__(self) -> None:
         """Begin without a submap."""

@@ -89,8 +89,7 @@ _IMAGE_RADIUS, _EDGE_RADIUS = 0.003, 0.004
 _SHARED_GATE = 5.0
 # Margin of the possible overlap of two submaps, in grid cells.
 _OVERLAP_MARGIN_CELLS = 2.5
-_GLOBAL_CHANCE_FACTOR = 1e-3
-"""A global match must be less likely by chance by this factor."""
+_GLOBAL_CHANCE_FACTOR = 1e-3  # a global match must be less likely by chance by this factor
 
 
 class PoseGraphBuilder:
@@ -104,9 +103,7 @@ class PoseGraphBuilder:
     def __init__(
         self, images: Sequence[SurveyImage], settings: SurveySettings, existing: Floats | None, store: ArrayStore
     ) -> None:
-        """Begin with an empty graph, or with the dots of the map to extend, shape (n, 2) [m], as submap 0
-        without images.
-        """
+        """Begin with an empty graph, or with the dots of the map to extend, shape (n, 2) [m], as submap 0."""
         self._images, self._settings = images, settings
         self.submaps: list[Submap] = []
         self.poses = SubmapPoses()
