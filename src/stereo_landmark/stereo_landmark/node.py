@@ -222,11 +222,6 @@ class StereoLandmarkNode(ManagedNode):
 def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: LandmarkSettings) -> list[str]:
     """Return a warning for each place that is not found in its own taught images.
 
-    Args:
-        folder: folder of the place files.
-        places: places loaded from this folder, with their images.
-        settings: settings of the search and the pose fit.
-
     Raises:
         StereoLandmarkError: an image is missing, corrupted or has the wrong size.
     """

@@ -13,7 +13,7 @@ from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.paper_search import PaperSearch
-from stereo_landmark.core.procedure.stereo_view import StereoView, TiltedCameras, detect_scene
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import (
     NoTargetDetection,
     TargetDetection,
@@ -23,7 +23,7 @@ from stereo_landmark.core.procedure.target_search import (
 )
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import CLOSED_FORM, FEATURES, PAPER, SHAPES, LandmarkSettings
-from stereo_landmark.core.stereo import StereoRig, concatenate
+from stereo_landmark.core.stereo import StereoRig, TiltedCameras, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.view_localizer import (
     LandmarkFix,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
-from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, check_size, stereo_rig
 from stereo_landmark.core.pair.rectification_check import PairCheck, check_pair
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages, StereoRig
@@ -194,11 +194,7 @@ def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig, PairCheck]:
     rig = stereo_rig(left[1], right[1], config.mount)
     images = []
     for image, calibration in (left, right):
-        if image.shape != (calibration.height, calibration.width):
-            raise StereoLandmarkError(
-                f'an image is {image.shape[1]} x {image.shape[0]} px, its calibration is for '
-                f'{calibration.width} x {calibration.height} px; calibrate at the resolution in use'
-            )
+        check_size(image, calibration)
         images.append(Rectifier(calibration).rectify(image) if config.is_raw else image)
     check = check_pair(images[0], images[1], rig)
     if check.fault is not None:

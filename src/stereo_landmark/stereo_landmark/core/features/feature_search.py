@@ -75,12 +75,7 @@ class MeasuredFeatures:
 
 
 class FeatureSearch:
-    """Finds and measures the features of a place.
-
-    Args:
-        taught: features of the taught pair.
-        rig: current stereo cameras.
-    """
+    """Finds and measures the features of a place."""
 
     def __init__(self, taught: TaughtFeatures, rig: StereoRig) -> None:
         self._taught, self._rig = taught, rig

@@ -9,8 +9,8 @@ from numba import njit
 
 from stereo_landmark.core.arrays import Floats, Masks
 from stereo_landmark.core.least_squares import invert_symmetric
-from stereo_landmark.core.procedure.stereo_view import CameraView, StereoView
-from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.stereo import CameraView, StereoRig
 
 DETECTED_SIGMA = 0.7
 """Standard deviation of a detected primitive before its refinement in the grey image [px]."""
