@@ -32,7 +32,6 @@ class WheelMotionBounds:
     _high: NDArray[np.float64]
 
     def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
-        """Start with stopped wheels."""
         self._frame, self._auto_stop = kinematics.frame, settings.auto_stop
         self.apply_settings(kinematics, settings)
         self._ripple = _RIPPLE / kinematics.frame
@@ -103,7 +102,6 @@ class EncoderMonitor:
     """Checks counts against the possible motion of the wheels since the last accepted ones."""
 
     def __init__(self, bounds: WheelMotionBounds) -> None:
-        """Start without counts."""
         self._bounds = bounds
         self._last_accepted: _Read | None = None
         self._unconfirmed: _Read | None = None

@@ -127,7 +127,6 @@ class RobotModel:
     """
 
     def __init__(self, settings: EmulatorSettings, rng: np.random.Generator, start: SE2) -> None:
-        """Start at rest."""
         self._settings, self._rng = settings, rng
         self.T_world_base = start
         self.wheel_speeds = (0.0, 0.0)

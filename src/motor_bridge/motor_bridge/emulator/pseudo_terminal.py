@@ -51,7 +51,6 @@ class LineFaults:
     """Corrupts the data on the line."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        """Start without faults."""
         self._rng = rng
         self._remaining: dict[str, float] = dict.fromkeys(FAULTS, 0.0)
 
@@ -137,7 +136,6 @@ class PseudoTerminal:
         self._thread = Thread(target=self._serve, daemon=True)
 
     def __enter__(self) -> Self:
-        """Connect."""
         self._plug()
         self._thread.start()
         return self
@@ -145,7 +143,6 @@ class PseudoTerminal:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Disconnect."""
         self._stop_event.set()
         self._thread.join()
         self._unplug()
@@ -219,14 +216,12 @@ class RealTimeStepper:
         self._thread = Thread(target=self._run, daemon=True)
 
     def __enter__(self) -> Self:
-        """Start the thread."""
         self._thread.start()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop the thread."""
         self._stop_event.set()
         self._thread.join()
 

@@ -53,7 +53,6 @@ class SerialPort:
             raise PortError(f'{path} {why}') from fault
 
     def __enter__(self) -> Self:
-        """Return the port."""
         return self
 
     def __exit__(

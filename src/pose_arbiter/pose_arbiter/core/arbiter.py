@@ -31,14 +31,7 @@ class LocalizationStatus(Enum):
 def localization_status(
     state: FilterState, estimate: Estimate | None, sources: tuple[SourceSettings, ...], settings: ArbiterSettings
 ) -> LocalizationStatus:
-    """Return the localization status.
-
-    Args:
-        state: filter state.
-        estimate: estimate predicted to the current time.
-        sources: settings of each source, by source index.
-        settings: standard deviations above which the pose is lost.
-    """
+    """Return the localization status."""
     if estimate is None:
         return LocalizationStatus.WAITING
     xx, xy, _, yy, _, tt = estimate.covariance

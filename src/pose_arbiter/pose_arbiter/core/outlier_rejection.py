@@ -80,13 +80,7 @@ class OutlierRejection:
     def process(
         self, state: FilterState, measurement: PoseMeasurement, odometry: CumulativeOdometry
     ) -> tuple[FilterState, MeasurementStatus]:
-        """Process one measurement; return the state after it and the status of the measurement.
-
-        Args:
-            state: state before the measurement.
-            measurement: pose, not older than the measurements before.
-            odometry: cumulative odometry at its stamp.
-        """
+        """Process one measurement; return the state after it and the status of the measurement."""
         number = measurement.source
         # An operator's pose initializes the filter; the sources begin anew.
         if number < 0:

@@ -12,6 +12,7 @@ from tqdm import tqdm
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import settings_from_values
+from shirube_ros.camera.image import to_grey
 from shirube_ros.errors import CameraFileError
 from shirube_ros.offline.locate import OfflineLocalizer, add_common_options, locate_recording, run_command
 from shirube_ros.offline.recording import RecordedImage, RecordingTopics
@@ -25,7 +26,6 @@ from stereo_landmark.files.camera_files import (
     load_grey_image,
     pair_files,
     pair_recording,
-    to_grey,
 )
 from stereo_landmark.files.displacement_files import LocatedFrame, save_displacements
 from stereo_landmark.files.place_file import load_places

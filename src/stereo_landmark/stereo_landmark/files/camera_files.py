@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import TiltBuffer
-from shirube_ros.camera.files import list_images, load_calibration, load_image
+from shirube_ros.camera.files import list_images, load_camera_info, load_image
+from shirube_ros.camera.image import to_grey
 from shirube_ros.camera.info import camera_from_camera_info, projection_from_camera_info
-from shirube_ros.errors import CameraInfoError
+from shirube_ros.errors import CalibrationError, CameraInfoError
 from shirube_ros.offline.recording import (
     RecordedImage,
     RecordedTilt,
@@ -27,7 +28,6 @@ from shirube_ros.offline.recording import (
 )
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side, StampSynchronizer
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml
 
 
 def load_grey_image(path: Path) -> NDArray[np.uint8]:
@@ -37,13 +37,6 @@ def load_grey_image(path: Path) -> NDArray[np.uint8]:
         ImageFileError: the file is not an image, or is truncated.
     """
     return to_grey(load_image(path))
-
-
-def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Convert a grey image, shape (h, w), or BGR image, shape (h, w, 3), to grey."""
-    if pixels.ndim == 2:
-        return pixels
-    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 
 def encode_png(image: NDArray[np.uint8]) -> bytes:
@@ -84,32 +77,12 @@ def pair_files(options: argparse.Namespace) -> tuple[list[tuple[Path, Path]], tu
     return list(zip(left, right, strict=True)), tuple(map(load_camera_calibration, paths))
 
 
-_REMEDY = 'give the YAML that camera_calibration writes for a camera of a stereo pair'
-
-
 def load_camera_calibration(path: Path) -> CameraCalibration:
-    """Load the calibration of one camera.
-
-    Raises:
-        CalibrationError: the file is missing, not YAML, or without intrinsics.
-        LandmarkFileError: the rectification or projection matrix is missing or malformed.
-    """
-    raw = load_calibration(path)
-    content = read_yaml(path, _REMEDY)
-    rotation = _numbers(path, content, 'rectification_matrix')
-    projection = _numbers(path, content, 'projection_matrix')
+    """Load the calibration of one camera; raise a CalibrationError unless it is that of a camera of a stereo pair."""
     try:
-        return CameraCalibration(raw, rotation, projection)
-    except StereoLandmarkError as fault:
-        raise LandmarkFileError(f'{path}: {fault}') from fault
-
-
-def _numbers(path: Path, content: dict[str, Any], field: str) -> tuple[float, ...]:
-    matrix = content.get(field)
-    data = matrix.get('data') if isinstance(matrix, dict) else None
-    if not isinstance(data, list) or not all(isinstance(each, int | float) for each in data):
-        raise LandmarkFileError(f'{path}: {field} with its data is missing; {_REMEDY}')
-    return tuple(float(number) for number in data)
+        return calibration_from_camera_info(load_camera_info(path), str(path))
+    except CameraInfoError as fault:
+        raise CalibrationError(str(fault)) from fault
 
 
 def calibration_from_camera_info(message: Any, topic: str) -> CameraCalibration:

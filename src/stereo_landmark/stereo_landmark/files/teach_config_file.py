@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
+from shirube_ros.camera.image import to_grey
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, check_size, stereo_rig
 from stereo_landmark.core.pair.rectification_check import PairCheck, check_pair
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
@@ -22,13 +23,7 @@ from stereo_landmark.core.teaching.primitive_selection import (
     Selection,
     SortOrder,
 )
-from stereo_landmark.files.camera_files import (
-    choose_topics,
-    load_camera_calibration,
-    load_grey_image,
-    recorded_pairs,
-    to_grey,
-)
+from stereo_landmark.files.camera_files import choose_topics, load_camera_calibration, load_grey_image, recorded_pairs
 from stereo_landmark.files.place_entries import flatten
 from stereo_landmark.files.yaml_file import LandmarkFileError, check_schema, read_yaml
 

@@ -10,18 +10,12 @@ from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import CameraMount
+from shirube_ros.camera.image import to_grey
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
 from stereo_landmark.core.pair.rectification_check import PairCheck, check_pair
 from stereo_landmark.core.stereo import StereoImages, StereoRig, calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import (
-    RecordedPair,
-    choose_topics,
-    load_grey_image,
-    pair_files,
-    recorded_pairs,
-    to_grey,
-)
+from stereo_landmark.files.camera_files import RecordedPair, choose_topics, load_grey_image, pair_files, recorded_pairs
 from stereo_landmark.files.place_file import load_images, load_place
 
 

@@ -47,9 +47,6 @@ def upload_requests(frame: bytes, *, keep: bool) -> list[str]:
 class LampPort:
     """A lamp on a serial port, used as a context manager.
 
-    Args:
-        path: path of the device.
-
     Raises:
         VlcBeaconError: the device cannot be opened, or no lamp replies.
     """
@@ -69,7 +66,6 @@ class LampPort:
             raise
 
     def __enter__(self) -> Self:
-        """Return the port."""
         return self
 
     def __exit__(

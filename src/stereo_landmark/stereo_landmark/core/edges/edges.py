@@ -163,7 +163,6 @@ class Segments:
     index: NDArray[np.int32]
 
     def __len__(self) -> int:
-        """Return the number of segments."""
         return len(self.closed)
 
 

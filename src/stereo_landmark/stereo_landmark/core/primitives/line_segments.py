@@ -26,7 +26,6 @@ class LineSegments:
     variances: Floats
 
     def __len__(self) -> int:
-        """Return the number of line segments."""
         return len(self.support)
 
 

@@ -103,12 +103,7 @@ class TargetSearch:
         self._expected = [*targets, *place.context_landmarks]
 
     def search(self, target: TaughtTarget, view: StereoView) -> TargetDetection | NoTargetDetection:
-        """Search a target (paper 3.4, figs 6 to 8).
-
-        Args:
-            target: target of the place.
-            view: stereo view with the place's kinds of primitives.
-        """
+        """Search a target (paper 3.4, figs 6 to 8)."""
         tolerances, positions = self._place.processing.tolerances, target.positions
         # 1. Candidates of each primitive: similar shapes in both images at a possible depth.
         depths = self._depth_ranges(positions, view)

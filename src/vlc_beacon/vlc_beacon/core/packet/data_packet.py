@@ -156,7 +156,6 @@ class MessageAssembler:
     """Reassembles fragmented messages; lamps repeat them, so a missed fragment is received later."""
 
     def __init__(self) -> None:
-        """Start without fragments."""
         self._parts: dict[int, DataPacket] = {}
         self._last_message: str | bytes | None = None
 
