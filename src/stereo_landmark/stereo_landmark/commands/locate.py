@@ -166,8 +166,7 @@ def make_parser() -> argparse.ArgumentParser:
     source.add_argument('--left', type=Path, nargs='+', help='folder of left images, or left images in order')
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
     add('--rate', type=float, default=10.0, help='image rate of folders [1/s] (default: %(default)s)')
-    topics = ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu')
-    add_common_options(parser, topics, NodeSettings(), 'looking ahead')
+    add_common_options(parser, (), NodeSettings(), 'looking ahead')
     add_pair_options(parser)
     add('--mode', default=LandmarkSettings.mode,
         help="likelihood, or paper: the paper's search and closed form (default: %(default)s)")  # fmt: skip

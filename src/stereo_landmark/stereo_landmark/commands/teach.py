@@ -3,11 +3,13 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from shirube_bags.errors import ShirubeBagsError
+from shirube_core.command import run_command
 from shirube_core.settings import SettingsError
 from shirube_ros.errors import CameraFileError
 from shirube_ros.offline.locate import add_mount_options
@@ -38,27 +40,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
     if options.accept and options.drive is None:
         parser.error('--accept goes with --drive')
+    if options.batch is not None:
+        work = partial(teach_batch, options.batch, options.places, replace=options.replace)
+    else:
+        work = partial(open_page, options)
+    errors = (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError)
     try:
-        if options.batch is not None:
-            teach_batch(options.batch, options.places, replace=options.replace)
-        else:
-            open_page(options)
-    except (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
-        print(f'teach: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'teach: {_error_message(fault, options)}', file=sys.stderr)
-        return 1
+        return run_command('teach', work, errors, options.places)
     except KeyboardInterrupt:
         return 0
-    return 0
-
-
-def _error_message(fault: OSError, options: argparse.Namespace) -> str:
-    if fault.filename is None and options.batch is None and not options.accept:
-        return f'{fault.strerror}; choose another --host or --port'
-    # The error of a full disk has no file name.
-    return f'{fault.filename or options.places}: {fault.strerror}; choose a writable place'
 
 
 def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
@@ -163,8 +153,6 @@ def _add_page_options(parser: argparse.ArgumentParser) -> None:
     add_pair_options(parser)
     add_mount_options(parser, _NODE, 'looking ahead')
     add: Callable[..., object] = parser.add_argument
-    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
-        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
     add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
         help='further bags of the same cameras, for tests')  # fmt: skip
     add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),

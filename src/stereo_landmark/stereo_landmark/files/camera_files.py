@@ -52,6 +52,8 @@ def add_pair_options(parser: argparse.ArgumentParser) -> None:
     for side in ('left', 'right'):
         add(f'--{side}-calibration', type=Path, metavar='YAML',
             help=f'calibration of the {side} camera, as camera_calibration writes it')  # fmt: skip
+    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
+        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the usual or the only one)')
     add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
         help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
     add('--rectify', action='store_true', help='rectify raw images')
