@@ -34,7 +34,7 @@ def localization_status(
     """Return the localization status."""
     if estimate is None:
         return LocalizationStatus.WAITING
-    xx, xy, _, yy, _, tt = estimate.covariance
+    (xx, xy, _), (_, yy, _), (_, _, tt) = estimate.covariance.tolist()
     max_variance = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)  # the larger eigenvalue
     if max_variance > settings.lost_sigma_xy**2 or tt > settings.lost_sigma_yaw**2:
         return LocalizationStatus.LOST
@@ -214,8 +214,6 @@ def _validate_pose(pose: SE2) -> RejectReason | None:
 
 def _validate_covariance(noise: Covariance) -> RejectReason | None:
     """Return the reason a covariance is invalid, None if it is valid."""
-    if not is_positive_definite(noise) or min(noise[0], noise[3], noise[5]) < _VAR_MIN:
-        return RejectReason.BAD_COVARIANCE
-    if max(noise[0], noise[3]) > _VAR_XY_MAX or noise[5] > _VAR_YAW_MAX:
-        return RejectReason.BAD_COVARIANCE
-    return None
+    variances = noise.diagonal()
+    is_plausible = variances.min() >= _VAR_MIN and (variances <= (_VAR_XY_MAX, _VAR_XY_MAX, _VAR_YAW_MAX)).all()
+    return None if is_plausible and is_positive_definite(noise) else RejectReason.BAD_COVARIANCE

@@ -6,19 +6,16 @@ The step is a pure function, so that replayed measurements give the same result 
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from scipy.special import gammaincinv
 
 from pose_arbiter.core.kalman_filter import (
     Estimate,
-    add_covariances,
     compute_innovation,
     diagonal,
     initialize,
     initialize_from_source,
-    inverse,
-    mahalanobis_squared,
     predict,
-    scale_covariance,
     update,
 )
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
@@ -131,8 +128,8 @@ class OutlierRejection:
         """Return the status of a measurement and the new estimate, None for a rejected measurement."""
         # Gate: innovation d, covariances of the pose, the measurement and the margin, dᵀ (T + R + S)⁻¹ d.
         innovation = compute_innovation(predicted, measurement.pose)
-        covariance = add_covariances(add_covariances(predicted.covariance, measurement.noise), self._gate_margin)
-        if mahalanobis_squared(innovation, inverse(covariance)) > self._gate:
+        covariance = predicted.covariance + measurement.noise + self._gate_margin
+        if innovation @ np.linalg.solve(covariance, innovation) > self._gate:
             # Outside: the robot was moved, or the estimate is wrong, if the pose has enough support.
             if self._can_reset(state, measurement, observed):
                 return MeasurementStatus.RESET, self._reset_to(measurement, observed.odometry, _RESET_INFLATION)
@@ -161,8 +158,7 @@ class OutlierRejection:
         return bool(ranked) and max(ranked)[2] == -measurement.source
 
     def _reset_to(self, measurement: PoseMeasurement, odometry: CumulativeOdometry, inflation: float) -> Estimate:
-        noise = scale_covariance(measurement.noise, inflation)
-        initial = initialize(odometry, measurement.pose, noise, len(self._sources))
+        initial = initialize(odometry, measurement.pose, inflation * measurement.noise, len(self._sources))
         return initialize_from_source(initial, measurement.source, measurement.noise, self._settings.bias_fraction)
 
     def _is_on_probation(self, state: FilterState, measurement: PoseMeasurement, odometry: CumulativeOdometry) -> bool:
