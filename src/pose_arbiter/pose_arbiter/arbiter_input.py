@@ -37,12 +37,7 @@ class ClockMonitor:
     """Reads the node's clock and reports jumps."""
 
     def __init__(self, node: Node, on_jump: Callable[[], None]) -> None:
-        """Start with the clock of a node.
-
-        Args:
-            node: node whose clock is read.
-            on_jump: called when time jumped back, or when simulated time jumped ahead.
-        """
+        """Start; ``on_jump`` is called when time jumped back, or when simulated time jumped ahead."""
         self._clock, self._on_jump = node.get_clock(), on_jump
         self._is_simulated = bool(node.get_parameter('use_sim_time').value)
         self._latest = 0

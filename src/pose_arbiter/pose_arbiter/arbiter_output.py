@@ -39,14 +39,7 @@ class ArbiterReport:
     def __init__(
         self, node: Node, arbiter: Arbiter, sources: dict[str, SourceSettings], now: Callable[[], int]
     ) -> None:
-        """Start without a state.
-
-        Args:
-            node: node that logs.
-            arbiter: arbiter to report.
-            sources: settings of the sources, by name.
-            now: returns the current time [ns].
-        """
+        """Start without a state; ``now`` returns the current time [ns]."""
         self._node, self._arbiter, self._sources, self._now = node, arbiter, sources, now
         self._status, self._resets = LocalizationStatus.WAITING, 0
         self._state: FilterState | None = None
@@ -152,12 +145,6 @@ class ArbiterOutput:
     """Publishers of the fused pose and of the transform."""
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
-        """Create the publishers.
-
-        Args:
-            node: node that publishes.
-            settings: frames, and whether to publish the transform.
-        """
         self._settings = settings
         self._pose = node.create_publisher(PoseStamped, '~/pose', pose_profile())
         self._odometry = node.create_publisher(Odometry, '~/odometry', pose_profile())

@@ -64,12 +64,7 @@ class Arbiter:
     """
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
-        """Start without a pose.
-
-        Args:
-            sources: settings of each source; its position in the sequence is the source index.
-            settings: filter settings.
-        """
+        """Start without a pose; the index of a source is its position in the sequence."""
         self.apply_settings(sources, settings)
         self._history_length = round(settings.history_seconds * 1e9)
         self.reset()

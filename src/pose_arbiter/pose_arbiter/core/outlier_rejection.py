@@ -56,12 +56,7 @@ class OutlierRejection:
     """Gates measurements, updates or resets the estimate; holds only settings."""
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
-        """Compute the gate and the timeouts.
-
-        Args:
-            sources: settings of each source, by source index.
-            settings: filter settings.
-        """
+        """Compute the gate and the timeouts; the index of a source is its position in the sequence."""
         self._sources, self._settings = tuple(sources), settings
         self._timeouts = tuple(round(source.timeout * 1e9) for source in sources)
         # Quantile of the chi-square distribution with 3 degrees of freedom.
