@@ -163,13 +163,8 @@ def _solve(sums: NormalEquations, fits: ProfileFits) -> None:
         inverse = fits.inverses[k]
         if sums.pixel_counts[k] < _PIXELS_MIN or not invert_symmetric(sums.normal[k, :3, :3], inverse):
             continue
-        explained = 0.0
-        for r in range(3):
-            total = 0.0
-            for c in range(3):
-                total += inverse[r, c] * sums.rhs[k, c]
-            fits.solutions[k, r] = total
-            explained += total * sums.rhs[k, r]
+        fits.solutions[k] = inverse @ sums.rhs[k, :3]
+        explained = fits.solutions[k] @ sums.rhs[k, :3]
         fits.residual_variances[k] = max(sums.squares[k] - explained, 0.0) / (sums.pixel_counts[k] - 3.0)
 
 
@@ -194,12 +189,8 @@ def _profile_offsets(sums: NormalEquations, fits: ProfileFits) -> ProfileOffsets
         sigma = noise * np.sqrt(inverse[2, 2]) / max(contrasts[k], 1e-9)
         sigmas[k] = sigma if sigma < _SIGMA_MAX else np.inf
         # The outline has one common blur: Schur complement of its column after eliminating the profile's unknowns.
-        blur = sums.normal[k, 3]
-        left, residual = blur[3], sums.rhs[k, 3]
-        for r in range(3):
-            residual -= blur[r] * solution[r]
-            for c in range(3):
-                left -= blur[r] * inverse[r, c] * blur[c]
+        blur = sums.normal[k, 3, :3]
+        left, residual = sums.normal[k, 3, 3] - blur @ inverse @ blur, sums.rhs[k, 3] - blur @ solution
         blur_rhs += residual * solution[1]
         blur_information += left * solution[1] ** 2
     return ProfileOffsets(offsets, sigmas, blur_rhs / blur_information)
