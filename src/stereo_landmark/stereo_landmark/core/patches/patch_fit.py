@@ -58,16 +58,14 @@ def fit_patch(
         in variances of the motion that independent pixel noise of this size causes.
     """
     values, weights = np.empty(len(coordinates)), np.ones(len(coordinates))
-    residuals, light = np.empty_like(values), np.ascontiguousarray(jacobian[:, HOMOGRAPHY_DOF:])
-    solution, step, gain = np.zeros(jacobian.shape[1]), np.inf, 1.0
+    light, solution = np.ascontiguousarray(jacobian[:, HOMOGRAPHY_DOF:]), np.zeros(jacobian.shape[1])
+    step, gain = np.inf, 1.0
     for k in range(ITERATIONS_MAX):
         if not _sample_image(image, coordinates, homography, values):
             return -1.0, 0.0, 0.0
-        # Moved details bias the alignment until the weights reject them.
+        # Moved details bias the alignment until the weights reject them, by residuals without the motion.
         if k > 0:
-            # Residuals after gain, offset and blur, without the motion.
-            residuals = values - light @ solution[HOMOGRAPHY_DOF:]
-            weights = _tukey_weights(residuals)
+            weights = _tukey_weights(values - light @ solution[HOMOGRAPHY_DOF:])
             if not invert_symmetric((jacobian * weights.reshape(-1, 1)).T @ jacobian, inverse):
                 return -1.0, 0.0, 0.0
         solution = inverse @ ((weights * values) @ jacobian)
