@@ -109,7 +109,7 @@ def _floor(bag: Path) -> list[PoseSample]:
     options = floor_parser().parse_args(['--map', '', '--bag', str(bag)])
     options.map = ''  # the demo floor, which is that of the bag
     return [
-        PoseSample(image.stamp_ns, image.result.T_map_base, _covariance_tuple(image.result.covariance))
+        PoseSample(image.stamp_ns, image.result.T_map_base, image.result.covariance)
         for image in locate_floor(options)
         if isinstance(image.result, Fix)
     ]
@@ -119,7 +119,7 @@ def _lamps(bag: Path, *more: str) -> list[PoseSample]:
     beacons = str(bag / 'beacons.yaml')
     arguments = ['--beacons', beacons, '--bag', str(bag), '--camera-xyz', '0', '0', '0', *more]
     return [
-        PoseSample(image.stamp_ns, image.fix.T_map_base, _covariance_tuple(image.fix.planar_covariance))
+        PoseSample(image.stamp_ns, image.fix.T_map_base, image.fix.planar_covariance)
         for image in locate_lamps(lamp_parser().parse_args(arguments))
         if image.fix is not None
     ]
@@ -131,7 +131,7 @@ def _corridor(bag: Path, places: Path) -> list[PoseSample]:
     for frame in locate_landmarks(landmark_parser().parse_args(arguments)):
         fix = frame.fix
         if fix is not None and fix.T_map_base is not None and fix.map_covariance is not None:
-            samples.append(PoseSample(frame.stamp_ns, fix.T_map_base, _covariance_tuple(fix.map_covariance)))
+            samples.append(PoseSample(frame.stamp_ns, fix.T_map_base, fix.map_covariance))
     return samples
 
 
@@ -156,11 +156,6 @@ def _mission(bag: Path) -> list[list[PoseSample]]:
             for raw in reader.messages([topic]):
                 message = reader.decode(raw)
                 pose, noise = planar_pose_with_covariance(message.pose, topic)
-                estimated.append(PoseSample(header_stamp(raw.raw), pose, _covariance_tuple(noise)))
+                estimated.append(PoseSample(header_stamp(raw.raw), pose, noise))
             sources.append(sorted(estimated, key=lambda sample: sample.stamp))
     return sources
-
-
-def _covariance_tuple(covariance: NDArray[np.float64]) -> Covariance:
-    (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
-    return (xx, xy, xt, yy, yt, tt)

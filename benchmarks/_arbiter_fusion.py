@@ -8,7 +8,7 @@ from _arbiter_bags import PoseSample
 from scipy.spatial.transform import Rotation
 
 from pose_arbiter.core.arbiter import Arbiter
-from pose_arbiter.core.kalman_filter import Covariance, as_matrix, initialize, predict
+from pose_arbiter.core.kalman_filter import Covariance, initialize, predict
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import OdometryBuffer
@@ -105,4 +105,4 @@ def _pose2(gtsam: Any, pose: SE2) -> Any:
 def _noise(gtsam: Any, covariance: Covariance, yaw: float, sigma_min: float = 0.0) -> Any:
     """Return a covariance in the frame of the robot at a yaw [rad]."""
     R = Rotation.from_euler('z', -yaw).as_matrix()
-    return gtsam.noiseModel.Gaussian.Covariance(R @ as_matrix(covariance) @ R.T + sigma_min**2 * np.eye(3))
+    return gtsam.noiseModel.Gaussian.Covariance(R @ covariance @ R.T + sigma_min**2 * np.eye(3))

@@ -31,6 +31,7 @@ PURE = (
     'reward_planner/reward_planner/core',
     'scene_simulator',
     'shirube_camera/shirube_camera/core',
+    'shirube_core/shirube_core/crc.py',
     'shirube_core/shirube_core/geometry',
     'shirube_core/shirube_core/motion',
     'shirube_core/shirube_core/settings',

@@ -49,7 +49,6 @@ class SenderMonitor:
     """
 
     def __init__(self) -> None:
-        """Start without commands."""
         self._rows: list[_Command] = []  # the last command of each sender, the latest one last
         self._mixed_time = -math.inf
 

@@ -123,7 +123,6 @@ class OdometryPublisher:
     """Publishes odometry messages."""
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
-        """Create the publishers."""
         self._clock, self._settings = node.get_clock(), settings
         self._odometry = node.create_publisher(Odometry, 'odom', pose_profile())
         self._joints = node.create_publisher(JointState, 'joint_states', pose_profile())

@@ -9,7 +9,6 @@ from nav_msgs.msg import Odometry
 from rclpy.node import Node
 
 from pose_arbiter.core.arbiter import OPERATOR, Arbiter
-from pose_arbiter.core.kalman_filter import Covariance
 from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.core.source_state import RejectReason
 from pose_arbiter.node_settings import NodeSettings
@@ -38,12 +37,7 @@ class ClockMonitor:
     """Reads the node's clock and reports jumps."""
 
     def __init__(self, node: Node, on_jump: Callable[[], None]) -> None:
-        """Start with the clock of a node.
-
-        Args:
-            node: node whose clock is read.
-            on_jump: called when time jumped back, or when simulated time jumped ahead.
-        """
+        """Start; ``on_jump`` is called when time jumped back, or when simulated time jumped ahead."""
         self._clock, self._on_jump = node.get_clock(), on_jump
         self._is_simulated = bool(node.get_parameter('use_sim_time').value)
         self._latest = 0
@@ -98,8 +92,7 @@ class ArbiterInput:
             raise FrameError(refusal)
         noise = None
         if source.with_covariance:
-            pose, covariance = self._frames.pose_with_covariance_to(source.frame, message, name, refusal)
-            noise = _covariance_tuple(covariance)
+            pose, noise = self._frames.pose_with_covariance_to(source.frame, message, name, refusal)
         else:
             pose = self._frames.pose_to(source.frame, message.header, planar_pose(message.pose, name), refusal)
         stamp = _nanoseconds(message)
@@ -125,9 +118,7 @@ class ArbiterInput:
         )
         now = self._time()
         stamp = _nanoseconds(message) or now
-        _raise_if_rejected(
-            INITIAL_POSE, self._arbiter.add_pose(OPERATOR, stamp, pose, _covariance_tuple(covariance), now)
-        )
+        _raise_if_rejected(INITIAL_POSE, self._arbiter.add_pose(OPERATOR, stamp, pose, covariance, now))
 
     def _time(self) -> int:
         """Return the current time [ns]; without it no stamp can be checked.
@@ -144,12 +135,6 @@ class ArbiterInput:
 def _nanoseconds(message: Any) -> int:
     """Return the stamp of a message [ns], without loss."""
     return int(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
-
-
-def _covariance_tuple(covariance: Any) -> Covariance:
-    """Return a covariance, shape (3, 3), as the six floats of the core."""
-    (xx, xy, xt), (_, yy, yt), (_, _, tt) = covariance.tolist()
-    return (xx, xy, xt, yy, yt, tt)
 
 
 def _raise_if_rejected(name: str, reason: RejectReason | None) -> None:

@@ -12,7 +12,7 @@ from rclpy.node import Node
 from std_msgs.msg import Header
 
 from pose_arbiter.core.arbiter import Arbiter, LocalizationStatus
-from pose_arbiter.core.kalman_filter import Estimate, as_matrix
+from pose_arbiter.core.kalman_filter import Estimate
 from pose_arbiter.core.outlier_rejection import FilterState
 from pose_arbiter.core.settings import SourceSettings
 from pose_arbiter.core.source_state import MeasurementStatus, SourceState
@@ -39,14 +39,7 @@ class ArbiterReport:
     def __init__(
         self, node: Node, arbiter: Arbiter, sources: dict[str, SourceSettings], now: Callable[[], int]
     ) -> None:
-        """Start without a state.
-
-        Args:
-            node: node that logs.
-            arbiter: arbiter to report.
-            sources: settings of the sources, by name.
-            now: returns the current time [ns].
-        """
+        """Start without a state; ``now`` returns the current time [ns]."""
         self._node, self._arbiter, self._sources, self._now = node, arbiter, sources, now
         self._status, self._resets = LocalizationStatus.WAITING, 0
         self._state: FilterState | None = None
@@ -101,8 +94,8 @@ class ArbiterReport:
     def _sigmas(self, estimate: Estimate | None) -> str:
         if estimate is None:
             return 'unknown'
-        xx, _, _, yy, _, tt = estimate.covariance
-        return f'{math.sqrt(max(xx, yy)):.3f} m, {math.degrees(math.sqrt(tt)):.2f} deg'
+        x, y, yaw = np.sqrt(estimate.covariance.diagonal()).tolist()
+        return f'{max(x, y):.3f} m, {math.degrees(yaw):.2f} deg'
 
 
 def _source_status(source_state: SourceState, source: SourceSettings, now: int) -> tuple[str, bool]:
@@ -152,12 +145,6 @@ class ArbiterOutput:
     """Publishers of the fused pose and of the transform."""
 
     def __init__(self, node: Node, settings: NodeSettings) -> None:
-        """Create the publishers.
-
-        Args:
-            node: node that publishes.
-            settings: frames, and whether to publish the transform.
-        """
         self._settings = settings
         self._pose = node.create_publisher(PoseStamped, '~/pose', pose_profile())
         self._odometry = node.create_publisher(Odometry, '~/odometry', pose_profile())
@@ -169,15 +156,14 @@ class ArbiterOutput:
         """Publish the pose at a stamp [ns], with the twist of the latest odometry message or None."""
         header = Header(stamp=_time(stamp), frame_id=self._settings.map_frame)
         self._pose.publish(pose_stamped(estimate.pose, header))
-        covariance = as_matrix(estimate.covariance)
-        message = odometry_message(estimate.pose, covariance, header, self._settings.base_frame)
+        message = odometry_message(estimate.pose, estimate.covariance, header, self._settings.base_frame)
         if twist is not None:
             message.twist = twist
         self._odometry.publish(message)
 
     def publish_area(self, stamp: int, estimate: Estimate) -> None:
         """Publish the pose at a stamp [ns] as the area where a silent localizer searches first."""
-        covariance = np.array(as_matrix(estimate.covariance))
+        covariance = estimate.covariance.copy()
         least = np.array([_AREA_SIGMA, _AREA_SIGMA, _AREA_SIGMA_YAW]) ** 2
         np.fill_diagonal(covariance, np.maximum(covariance.diagonal(), least))
         header = Header(stamp=_time(stamp), frame_id=self._settings.map_frame)

@@ -146,10 +146,7 @@ class PoseArbiterNode(ManagedNode):
     SETTINGS = (NodeSettings, ArbiterSettings)
 
     def __init__(self, **options: Any) -> None:
-        """Declare the parameters, and start.
-
-        Args:
-            options: keyword arguments of ``rclpy.node.Node``.
+        """Declare the parameters, and start; options are those of ``rclpy.node.Node``.
 
         Raises:
             SettingsError: a bad parameter, or two parameters that contradict each other.

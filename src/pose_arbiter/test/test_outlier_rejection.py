@@ -174,11 +174,11 @@ def test_a_pose_that_the_estimate_is_set_to_counts_half_as_sure_as_it_claims():
     arbiter = run(0.05, [true_pose])
     estimate = arbiter.estimate_at(BEGIN + 3_000_000)
     assert arbiter.counts() == {(0, MeasurementStatus.RESET): 1}
-    assert estimate.covariance[0] == pytest.approx(SIGMA**2)  # the only source is not inflated
+    assert estimate.covariance[0, 0] == pytest.approx(SIGMA**2)  # the only source is not inflated
     jumped = run(4.0, [kidnapped])
     after = [jumped.estimate_at(BEGIN + SECOND + k * SECOND // 20 + 3_000_000) for k in range(80)]
     reset = next(estimate for estimate in after if estimate.x > 1.0)
-    assert reset.covariance[0] == pytest.approx(4.0 * SIGMA**2, rel=0.2)
+    assert reset.covariance[0, 0] == pytest.approx(4.0 * SIGMA**2, rel=0.2)
 
 
 def test_a_difference_within_the_gate_margin_is_accepted():

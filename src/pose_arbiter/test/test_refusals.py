@@ -3,6 +3,7 @@
 import math
 import random
 
+import numpy as np
 import pytest
 from short_drive import BEGIN, ODOMETRY, SECOND, add_messages, messages, new_arbiter, noisy, numbers, true_pose
 
@@ -23,7 +24,7 @@ BAD = [
     *[(NOW, pose, FINE, RejectReason.NOT_FINITE) for pose in NOT_FINITE],
     (NOW, SE2(1e300, 0.0, 0.0), FINE, RejectReason.TOO_FAR),
     *[(NOW, GOOD, diagonal(*pair), RejectReason.BAD_COVARIANCE) for pair in VARIANCES],
-    (NOW, GOOD, (1.0, 2.0, 0.0, 1.0, 0.0, 1.0), RejectReason.BAD_COVARIANCE),
+    (NOW, GOOD, np.array([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]]), RejectReason.BAD_COVARIANCE),
     (0, GOOD, FINE, RejectReason.NO_STAMP),
     (-5, GOOD, FINE, RejectReason.NO_STAMP),
     (NOW + SECOND, GOOD, FINE, RejectReason.FUTURE),

@@ -33,8 +33,8 @@ class KernelSet:
 _LIGHT = 'vlc_beacon.core.receiver.compile_kernels'
 KERNEL_SETS = (
     KernelSet('floor_localizer', 'floor_localizer.localization.localizer_from_map_file', 'compile_kernels()', 134),
-    KernelSet('stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 128),
-    KernelSet('vlc_beacon_rolling', _LIGHT, "compile_kernels(ReceiverSettings('rolling'))", 21),
+    KernelSet('stereo_landmark', 'stereo_landmark.core.compile_kernels', 'compile_kernels()', 122),
+    KernelSet('vlc_beacon_rolling', _LIGHT, "compile_kernels(ReceiverSettings('rolling'))", 16),
     KernelSet('shirube_bringup', 'shirube_bringup.building', 'compile_kernels()', 28),
     KernelSet('reward_planner', 'reward_planner.core.compile_kernels', 'compile_default_kernels()', 32),
     KernelSet('collision_monitor', 'reward_planner.core.safety.compile_kernels', 'compile_kernels()', 19, demo=False),

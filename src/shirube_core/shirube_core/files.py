@@ -67,12 +67,7 @@ def atomic_write(path: Path) -> Iterator[BinaryIO]:
 
 
 def remove_temporary_files(folder: Path, names: str) -> None:
-    """Remove temporary files of killed processes; no process may be writing in the folder.
-
-    Args:
-        folder: folder of the files.
-        names: pattern of the file names, as in `Path.glob`.
-    """
+    """Remove temporary files of killed processes; no process may be writing in the folder."""
     for leftover in folder.glob(f'.{names}.{_ANY_SUFFIX}'):
         leftover.unlink(missing_ok=True)
 

@@ -17,9 +17,7 @@ _OTHER_REASONS = 'other reasons'
 
 @dataclass
 class TopicCount:
-    """Numbers of received messages of a topic and of rejected ones, by reason, and the latest reason not yet
-    reported.
-    """
+    """Received messages of a topic, rejected ones by reason, and the latest reason not yet reported."""
 
     received: int = 0
     rejected: Counter[str] = field(default_factory=Counter)
@@ -45,9 +43,7 @@ class CallbackGuard:
     """
 
     def __init__(self, node: Node, package_errors: tuple[type[Exception], ...] = ()) -> None:
-        """Start without counts; ``package_errors`` are those that the node's package raises for malformed
-        input.
-        """
+        """Start without counts; ``package_errors`` are those of the node's package for malformed input."""
         self._node = node
         self._input_errors: tuple[type[Exception], ...] = (MessageError, *package_errors)
         self.counts: dict[str, TopicCount] = {}
@@ -87,9 +83,7 @@ class CallbackGuard:
 
 
 def create_trigger_service(node: Node, guard: CallbackGuard, name: str, function: Callable[[], str]) -> None:
-    """Create a service whose function returns one line; its errors, which the guard counts, are returned to
-    the caller.
-    """
+    """Create a service that replies with the function's line or error; the guard counts the errors."""
 
     def respond(_: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         def call() -> None:

@@ -26,9 +26,7 @@ def pose_message(pose: SE2) -> Pose:
 
 
 def pose_with_covariance_message(pose: SE2, covariance: ArrayLike) -> PoseWithCovariance:
-    """Return a pose on the floor with its covariance of (x, y, yaw), shape (3, 3); z, roll and pitch have
-    zeros.
-    """
+    """Return a pose on the floor with its covariance of (x, y, yaw), shape (3, 3); the rest is 0."""
     full = np.zeros((6, 6))
     full[_PLANAR] = covariance
     return PoseWithCovariance(pose=pose_message(pose), covariance=full.ravel())
@@ -56,15 +54,20 @@ def planar_pose(message: Pose, topic: str) -> SE2:
     Raises:
         PoseError: a number is not finite, or the quaternion has length zero.
     """
-    orientation = message.orientation
-    quaternion = (orientation.x, orientation.y, orientation.z, orientation.w)
-    if not all(math.isfinite(number) for number in (message.position.x, message.position.y, *quaternion)):
+    yaw = yaw_from_quaternion(*_unit_quaternion(message.orientation, topic))
+    if not (math.isfinite(message.position.x) and math.isfinite(message.position.y)):
         raise PoseError(f'{topic} holds a pose that is not finite; check its publisher')
-    length = math.hypot(*quaternion)
+    return SE2(message.position.x, message.position.y, yaw)
+
+
+def _unit_quaternion(message: Quaternion, topic: str) -> tuple[float, float, float, float]:
+    """Return x, y, z, w; raise a PoseError for numbers that are not finite, or all zero."""
+    length = math.hypot(message.x, message.y, message.z, message.w)
+    if not math.isfinite(length):
+        raise PoseError(f'{topic} holds an orientation that is not finite; check its publisher')
     if length < _SHORTEST_QUATERNION:
         raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no rotation')
-    x, y, z, w = (number / length for number in quaternion)
-    return SE2(message.position.x, message.position.y, yaw_from_quaternion(x, y, z, w))
+    return message.x / length, message.y / length, message.z / length, message.w / length
 
 
 def base_odometry(message: Odometry, topic: str, base_frame: str) -> SE2:
@@ -99,25 +102,15 @@ def planar_pose_with_covariance(message: PoseWithCovariance, topic: str) -> tupl
 
 
 def tilt_from_imu(message: Any, topic: str) -> tuple[float, float]:
-    """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad]; raise a PoseError without a finite
-    orientation.
-    """
+    """Return fixed-axis roll and pitch of a sensor_msgs/Imu [rad]; raise a PoseError without orientation."""
     if message.orientation_covariance[0] < 0.0:
         raise PoseError(f'{topic} has no orientation; filter it with imu_filter_madgwick or similar')
     return tilt_from_quaternion(message.orientation, topic)
 
 
 def tilt_from_quaternion(message: Any, topic: str) -> tuple[float, float]:
-    """Return fixed-axis roll and pitch [rad]; raise a PoseError if a number is not finite, or the length is
-    zero.
-    """
-    numbers = (message.x, message.y, message.z, message.w)
-    length = math.hypot(*numbers)
-    if not math.isfinite(length):
-        raise PoseError(f'{topic} holds an orientation that is not finite; check its publisher')
-    if length < _SHORTEST_QUATERNION:
-        raise PoseError(f'{topic} holds a quaternion of zeros; its publisher must set w to 1 for no rotation')
-    x, y, z, w = (number / length for number in numbers)
+    """Return fixed-axis roll and pitch [rad]; raise a PoseError for an invalid quaternion."""
+    x, y, z, w = _unit_quaternion(message, topic)
     roll = math.atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
     return roll, math.asin(min(max(2.0 * (w * y - z * x), -1.0), 1.0))
 
@@ -140,9 +133,7 @@ def occupancy_grid(
 
 
 def path_message(points: NDArray[np.float64], yaw_end: float, header: Header) -> Path:
-    """Return a path of points, shape (n, 2) [m]; each pose points to the next one, the last to ``yaw_end``
-    [rad].
-    """
+    """Return a path of points, shape (n, 2) [m]; each points to the next, the last to ``yaw_end`` [rad]."""
     if len(points) == 0:
         return Path(header=header)
     segments = np.diff(points, axis=0)
@@ -161,8 +152,7 @@ _BYTES = 4
 
 
 def points_from_cloud(message: PointCloud2, topic: str) -> NDArray[np.float32]:
-    """Return the points of a cloud with float fields x, y and z, shape (n, 3), in its frame [m]; NaN stays
-    NaN.
+    """Return the points of a cloud with float fields x, y and z, shape (n, 3), in its frame [m], also NaN.
 
     Raises:
         PointCloudError: a coordinate is missing or no float, wrong byte order, or data that does not match the size.

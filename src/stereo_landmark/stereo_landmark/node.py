@@ -17,7 +17,7 @@ from visualization_msgs.msg import MarkerArray
 
 from shirube_core.settings import SettingsError
 from shirube_ros.callback_guard import create_trigger_service
-from shirube_ros.camera.image import image_from_array
+from shirube_ros.camera.image import image_from_array, to_grey
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.diagnostics import Status
 from shirube_ros.frames import Frames
@@ -33,7 +33,7 @@ from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import BOTH, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import calibration_from_camera_info, to_grey
+from stereo_landmark.files.camera_files import calibration_from_camera_info
 from stereo_landmark.files.place_file import load_images, load_places, place_path
 from stereo_landmark.node_output import LocalizerReport, debug_picture, displacement_message, target_markers
 from stereo_landmark.node_settings import NodeSettings
@@ -221,11 +221,6 @@ class StereoLandmarkNode(ManagedNode):
 
 def validate_places(folder: Path, places: Iterable[TaughtPlace], settings: LandmarkSettings) -> list[str]:
     """Return a warning for each place that is not found in its own taught images.
-
-    Args:
-        folder: folder of the place files.
-        places: places loaded from this folder, with their images.
-        settings: settings of the search and the pose fit.
 
     Raises:
         StereoLandmarkError: an image is missing, corrupted or has the wrong size.

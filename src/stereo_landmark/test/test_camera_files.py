@@ -10,7 +10,6 @@ from taught_wall import RAW, SIDES
 from shirube_bags.errors import BagError
 from shirube_ros.errors import CalibrationError, CameraInfoError
 from stereo_landmark.files.camera_files import calibration_from_camera_info, choose_topics, load_camera_calibration
-from stereo_landmark.files.yaml_file import LandmarkFileError
 
 KINDS = {'compressed': IMAGE, 'camera_info': INFO, 'imu': 'sensor_msgs/msg/Imu'}
 NAMES = ('image_raw/compressed', 'image_rect/compressed', 'camera_info')
@@ -53,10 +52,10 @@ def test_messages_of_cameras_that_are_not_calibrated_as_a_pair_are_refused(chang
 
 
 @pytest.mark.parametrize(
-    ('missing', 'error'), [('projection_matrix', LandmarkFileError), ('camera_matrix', CalibrationError)]
+    ('missing', 'words'), [('projection_matrix', ' is not rectified'), ('camera_matrix', ': camera_matrix')]
 )
-def test_files_without_rectification_are_refused(tmp_path, missing, error):
+def test_files_without_rectification_are_refused(tmp_path, missing, words):
     path = write_calibration(tmp_path / 'left.yaml', RAW[0])
     path.write_text(path.read_text().replace(missing, 'matrix'))
-    with pytest.raises(error, match=rf'left\.yaml: {missing}'):
+    with pytest.raises(CalibrationError, match=rf'left\.yaml{words}'):
         load_camera_calibration(path)

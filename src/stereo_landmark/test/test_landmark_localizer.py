@@ -111,7 +111,7 @@ def test_places_must_have_names_of_their_own(places):
 
 
 def test_images_of_other_cameras_are_refused(places, images):
-    words = 'right image is 376x480, place panels was taught with 752x480'
+    words = 'right image is 376 x 480 px, the calibration is for 752 x 480 px'
     with pytest.raises(StereoLandmarkError, match=words):
         LandmarkLocalizer(places).locate(images[0], images[1][:, ::2].copy())
 

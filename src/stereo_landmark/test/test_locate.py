@@ -82,7 +82,7 @@ def misspell(files):
         (lambda files: files.write(seen(HERE)[::-1]), 'left and right are swapped'),
         (lambda files: files.truncate('right'), 'right.png: is truncated'),
         (misspell, 'wall.yaml: stereo_calibration.base_line does not exist, did you mean baseline?'),
-        (lambda files: files.write([np.zeros((480, 640), np.uint8)] * 2), 'is 640x480'),
+        (lambda files: files.write([np.zeros((480, 640), np.uint8)] * 2), 'is 640 x 480 px'),
         (lambda files: files.write(calibrations=CALIBRATIONS[::-1]), 'baseline is -0.2 m, it must be'),
         (lambda files: files.write(calibrations=OTHERS), 'place wall was taught with baseline'),
     ],

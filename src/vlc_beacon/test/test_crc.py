@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from vlc_beacon.core.packet.data_packet import crc8, crc16, crc32
+from shirube_core.crc import crc8
+from vlc_beacon.core.packet.data_packet import crc16, crc32
 
 CHECK = b'123456789'
 

@@ -12,7 +12,7 @@ from vlc_beacon.core.packet.command_packet import Command, Operation, shorten
 from vlc_beacon.core.packet.data_packet import IdPacket
 from vlc_beacon.core.packet.packet_reader import ReceivedPacket
 from vlc_beacon.core.receiver.lamp_decoder import GlobalShutterDecoder, LampView
-from vlc_beacon.core.receiver.light_receiver import BACKOFF_TIME, IdConfirmation, SkipReason, TrackedLamp
+from vlc_beacon.core.receiver.light_receiver import BACKOFF_TIME, SkipReason, TrackedLamp
 
 RATE, EXPOSURE, LISTEN = 60.004, 5e-4, 15.0
 NOTHING = np.zeros((16, 16), np.uint8)
@@ -90,5 +90,7 @@ def test_a_short_command_waits_for_the_id_of_its_lamp_and_is_then_addressed_to_i
 
 
 def test_an_id_is_confirmed_by_two_consecutive_packets() -> None:
-    confirmation = IdConfirmation()
-    assert [confirmation.add(beacon) for beacon in (1, 2, 1, 1, 1, 2, 2)] == [None, None, None, 1, 1, None, 2]
+    packets = [IdPacket(number) for number in (2, 2, 1, 1, 1, 2, 1)]
+    decoder = type('Decoder', (), {'read': lambda _, view: [ReceivedPacket(view.stamp, packets.pop())]})()
+    lamp = TrackedLamp(decoder, {1, 2}, 6.0, LISTEN)
+    assert [watch(lamp, mains(1.0), float(k), 0.01).beacon for k in range(7)] == [None, None, None, 1, 1, 1, 2]

@@ -17,6 +17,7 @@ from motor_bridge.core.ros_arduino_bridge import RosArduinoBridge
 from motor_bridge.link.controller_session import LATENCIES, longer_latency
 from motor_bridge.link.serial_port import SerialPort
 from motor_bridge.node_settings import NodeSettings
+from shirube_core.command import run_command
 from shirube_core.files import YamlFileError, read_yaml, write_text
 from shirube_core.settings import SettingsError, settings_from_values
 
@@ -29,22 +30,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return 0, or 1 if a measurement, a file or the port is invalid."""
     options = make_parser().parse_args(arguments)
     try:
-        calibration = calibrate(options, input)
-        out = options.out or options.params
-        values = {'wheel_radius': calibration.radius, 'wheel_separation': calibration.separation}
-        write_values(options.params, out, values)
-    except MotorBridgeError as fault:
-        print(f'calibrate: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'calibrate: {fault.filename}: {fault.strerror}; choose a writable path', file=sys.stderr)
-        return 1
+        return run_command('calibrate', lambda: calibrate_and_write(options), (MotorBridgeError,))
     except (EOFError, KeyboardInterrupt):
         print('calibrate: aborted before the last measurement; nothing is written', file=sys.stderr)
         return 1
+
+
+def calibrate_and_write(options: argparse.Namespace) -> None:
+    """Calibrate, and write and print the result."""
+    calibration = calibrate(options, input)
+    out = options.out or options.params
+    write_values(options.params, out, {'wheel_radius': calibration.radius, 'wheel_separation': calibration.separation})
     print(_format_calibration(calibration))
     print(f'written to {out}')
-    return 0
 
 
 def calibrate(options: argparse.Namespace, ask: Callable[[str], str]) -> WheelCalibration:

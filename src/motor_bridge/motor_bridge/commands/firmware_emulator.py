@@ -25,7 +25,8 @@ from motor_bridge.emulator.pseudo_terminal import (
     RealTimeStepper,
     parse_fault_request,
 )
-from shirube_core.settings import SettingsError, describe_settings, settings_from_values
+from shirube_core.command import add_settings, settings_from
+from shirube_core.settings import SettingsError
 
 _POLL_PERIOD = 0.1  # [s]
 _CHUNK = 4096
@@ -59,8 +60,7 @@ def emulate(options: argparse.Namespace, stop_event: Event, commands: TextIO) ->
         SettingsError: an invalid option.
         OSError: the symbolic link cannot be created.
     """
-    given = {each.name: getattr(options, each.name) for each in describe_settings(EmulatorSettings)}
-    settings = settings_from_values(EmulatorSettings, given)
+    settings = settings_from(options, EmulatorSettings)
     rng, fault_rng = np.random.default_rng(options.seed).spawn(2)
     controller, lock, faults = EmulatedController(settings, rng), Lock(), LineFaults(fault_rng)
     faults.inject(FaultRequest('latency', max(0.0, options.latency)))
@@ -114,16 +114,7 @@ def make_parser() -> argparse.ArgumentParser:
     add('--link', type=Path, metavar='PATH', help='symbolic link to the terminal, renewed at each reconnection')
     add('--latency', type=float, default=0.002, metavar='S', help='latency of each reply (default: %(default)s)')
     add('--seed', type=_seed, default=0, help='seed of slip and noise (default: %(default)s)')
-    for each in describe_settings(EmulatorSettings):
-        unit = f' [{each.unit}]' if each.unit else ''
-        add(
-            f'--{each.name.replace("_", "-")}',
-            type=each.type,
-            default=each.default,
-            help=f'{each.description}{unit} (default: %(default)s)'.replace(' %', ' %%').replace(
-                '(default: %%', '(default: %'
-            ),
-        )
+    add_settings(parser, EmulatorSettings)
     return parser
 
 

@@ -15,7 +15,6 @@ class VelocityLimiter:
     """Velocity with limited speed, acceleration and jerk."""
 
     def __init__(self, settings: DriveSettings) -> None:
-        """Start at rest."""
         self._unit = 1.0, 1.0
         self._u: _Components = (0.0, 0.0)
         self._acceleration: _Components = (0.0, 0.0)

@@ -4,18 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from motor_bridge.core.motor_bridge_error import MotorBridgeError
-
-_POLYNOMIAL = 0x107  # x⁸ + x² + x + 1
-
-
-def crc8(data: bytes) -> int:
-    """Return the CRC-8 with polynomial 0x07 and initial value 0: it finds every error burst of up to 8 bits."""
-    crc = 0
-    for byte in data:
-        crc ^= byte
-        for _ in range(8):
-            crc = crc << 1 ^ (_POLYNOMIAL if crc & 0x80 else 0)
-    return crc
+from shirube_core.crc import crc8
 
 
 def with_checksum(text: bytes) -> bytes:

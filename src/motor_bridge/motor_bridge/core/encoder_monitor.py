@@ -32,7 +32,6 @@ class WheelMotionBounds:
     _high: NDArray[np.float64]
 
     def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
-        """Start with stopped wheels."""
         self._frame, self._auto_stop = kinematics.frame, settings.auto_stop
         self.apply_settings(kinematics, settings)
         self._ripple = _RIPPLE / kinematics.frame
@@ -100,24 +99,22 @@ class CountStatus(Enum):
 
 
 class EncoderMonitor:
-    """Checks counts against the possible motion of the wheels since the last accepted ones."""
+    """Checks counts against the possible motion of the wheels since the last accepted ones.
+
+    Attributes:
+        last_accepted: last accepted counts and their time [s], None before the first.
+    """
 
     def __init__(self, bounds: WheelMotionBounds) -> None:
-        """Start without counts."""
         self._bounds = bounds
-        self._last_accepted: _Read | None = None
+        self.last_accepted: _Read | None = None
         self._unconfirmed: _Read | None = None
         self._rejected: _Read | None = None
         self._rejected_in_row = 0
 
-    @property
-    def last_accepted(self) -> _Read | None:
-        """Last accepted counts and their time [s], None before the first."""
-        return self._last_accepted
-
     def start(self, counts: WheelCounts, now: float) -> None:
         """Accept counts."""
-        self._last_accepted, self._unconfirmed, self._rejected = (counts, now), None, None
+        self.last_accepted, self._unconfirmed, self._rejected = (counts, now), None, None
         self._rejected_in_row = 0
 
     def check(self, counts: WheelCounts, now: float) -> CountStatus:
@@ -126,12 +123,12 @@ class EncoderMonitor:
         A wheel that is pushed or stuck does not follow its commands: such counts are read again at once, and accepted
         if both reads are consistent.
         """
-        if self._last_accepted is None:
+        if self.last_accepted is None:
             self.start(counts, now)
             return CountStatus.ACCEPTED
         # The wheels followed their commands, or were pushed and a second read confirms it.
-        difference = count_difference(self._last_accepted[0], counts)
-        elapsed = max(0.0, now - self._last_accepted[1])
+        difference = count_difference(self.last_accepted[0], counts)
+        elapsed = max(0.0, now - self.last_accepted[1])
         is_reachable = max(map(abs, difference)) <= self._bounds.pushed_turn_max(elapsed)
         if is_within_bounds(difference, self._bounds.commanded_bounds(elapsed)) or (
             is_reachable and self._is_continuation(self._unconfirmed, counts, now)

@@ -120,7 +120,6 @@ class EncoderOdometry:
     """
 
     def __init__(self, kinematics: DiffDriveKinematics, settings: DriveSettings) -> None:
-        """Start without counts."""
         self._kinematics, self._radius = kinematics, settings.wheel_radius
         self._odometry = WheelOdometry(kinematics.separation, settings.odometry_noise)
         self.motion_bounds = WheelMotionBounds(kinematics, settings)

@@ -97,7 +97,6 @@ class RosArduinoBridge:
     """
 
     def __init__(self, line: SerialLine, setup: ControllerSetup) -> None:
-        """Start unconnected."""
         self._line, self._setup = line, setup
         self._has_checksum = False
         self.name, self.auto_stop = 'ROSArduinoBridge', math.inf

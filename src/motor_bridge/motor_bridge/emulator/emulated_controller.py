@@ -127,7 +127,6 @@ class RobotModel:
     """
 
     def __init__(self, settings: EmulatorSettings, rng: np.random.Generator, start: SE2) -> None:
-        """Start at rest."""
         self._settings, self._rng = settings, rng
         self.T_world_base = start
         self.wheel_speeds = (0.0, 0.0)
@@ -165,6 +164,4 @@ class RobotModel:
             for distance in distances
         )
         forward, turn = 0.5 * (left + right), (right - left) / settings.wheel_separation
-        chord = forward * (math.sin(0.5 * turn) / (0.5 * turn) if turn else 1.0)
-        step = SE2(chord * math.cos(0.5 * turn), chord * math.sin(0.5 * turn), turn)
-        self.T_world_base = self.T_world_base @ step
+        self.T_world_base = self.T_world_base @ SE2.exp(forward, 0.0, turn)

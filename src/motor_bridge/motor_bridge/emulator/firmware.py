@@ -161,7 +161,6 @@ class CommandReader:
     """
 
     def __init__(self) -> None:
-        """Start with an empty line."""
         self._letter, self._arguments = '', list[str]()
 
     def take(self, byte: int) -> tuple[str, str, str] | None:
@@ -201,7 +200,6 @@ class WheelPid:
     """
 
     def __init__(self) -> None:
-        """Start stopped at count 0."""
         self.restart(0)
 
     def restart(self, count: int) -> None:

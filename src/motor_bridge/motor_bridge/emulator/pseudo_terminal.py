@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from threading import Event, Lock, Thread
 from time import monotonic, sleep
-from types import TracebackType
 from typing import Self
 
 import numpy as np
@@ -51,7 +50,6 @@ class LineFaults:
     """Corrupts the data on the line."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        """Start without faults."""
         self._rng = rng
         self._remaining: dict[str, float] = dict.fromkeys(FAULTS, 0.0)
 
@@ -137,15 +135,11 @@ class PseudoTerminal:
         self._thread = Thread(target=self._serve, daemon=True)
 
     def __enter__(self) -> Self:
-        """Connect."""
         self._plug()
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Disconnect."""
+    def __exit__(self, *_: object) -> None:
         self._stop_event.set()
         self._thread.join()
         self._unplug()
@@ -219,14 +213,10 @@ class RealTimeStepper:
         self._thread = Thread(target=self._run, daemon=True)
 
     def __enter__(self) -> Self:
-        """Start the thread."""
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Stop the thread."""
+    def __exit__(self, *_: object) -> None:
         self._stop_event.set()
         self._thread.join()
 

@@ -6,7 +6,6 @@ import termios
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from time import monotonic
-from types import TracebackType
 from typing import Self
 
 import serial
@@ -53,12 +52,9 @@ class SerialPort:
             raise PortError(f'{path} {why}') from fault
 
     def __enter__(self) -> Self:
-        """Return the port."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the port, even if it was disconnected."""
         with suppress(OSError, termios.error):
             self._serial.close()

@@ -31,17 +31,10 @@ class LocalizationStatus(Enum):
 def localization_status(
     state: FilterState, estimate: Estimate | None, sources: tuple[SourceSettings, ...], settings: ArbiterSettings
 ) -> LocalizationStatus:
-    """Return the localization status.
-
-    Args:
-        state: filter state.
-        estimate: estimate predicted to the current time.
-        sources: settings of each source, by source index.
-        settings: standard deviations above which the pose is lost.
-    """
+    """Return the localization status."""
     if estimate is None:
         return LocalizationStatus.WAITING
-    xx, xy, _, yy, _, tt = estimate.covariance
+    (xx, xy, _), (_, yy, _), (_, _, tt) = estimate.covariance.tolist()
     max_variance = 0.5 * (xx + yy) + math.hypot(0.5 * (xx - yy), xy)  # the larger eigenvalue
     if max_variance > settings.lost_sigma_xy**2 or tt > settings.lost_sigma_yaw**2:
         return LocalizationStatus.LOST
@@ -71,12 +64,7 @@ class Arbiter:
     """
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
-        """Start without a pose.
-
-        Args:
-            sources: settings of each source; its position in the sequence is the source index.
-            settings: filter settings.
-        """
+        """Start without a pose; the index of a source is its position in the sequence."""
         self.apply_settings(sources, settings)
         self._history_length = round(settings.history_seconds * 1e9)
         self.reset()
@@ -221,8 +209,6 @@ def _validate_pose(pose: SE2) -> RejectReason | None:
 
 def _validate_covariance(noise: Covariance) -> RejectReason | None:
     """Return the reason a covariance is invalid, None if it is valid."""
-    if not is_positive_definite(noise) or min(noise[0], noise[3], noise[5]) < _VAR_MIN:
-        return RejectReason.BAD_COVARIANCE
-    if max(noise[0], noise[3]) > _VAR_XY_MAX or noise[5] > _VAR_YAW_MAX:
-        return RejectReason.BAD_COVARIANCE
-    return None
+    variances = noise.diagonal()
+    is_plausible = variances.min() >= _VAR_MIN and (variances <= (_VAR_XY_MAX, _VAR_XY_MAX, _VAR_YAW_MAX)).all()
+    return None if is_plausible and is_positive_definite(noise) else RejectReason.BAD_COVARIANCE

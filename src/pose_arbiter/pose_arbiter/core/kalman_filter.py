@@ -19,12 +19,8 @@ _PROCESS_NOISE_XY, _PROCESS_NOISE_YAW = 2e-3, 2e-3  # process noise after 1 s, s
 _SIGMA_ENTRIES = (2, 0, 1), (0, 1, 2)  # entries of `bias_sqrt`: yaw, then along and across
 _EPSILON = 1e-12  # smallest divisor [m, rad]
 
-Covariance = tuple[float, float, float, float, float, float]
-"""Covariance of (x, y, yaw): six floats are many times faster than a 3 x 3 array.
-
-The order is xx, xy, xt, yy, yt, tt, where t is yaw [m², m rad, rad²].
-"""
-Vector = tuple[float, float, float]
+Covariance = NDArray[np.float64]
+"""Covariance of (x, y, yaw), shape (3, 3) [m, rad]."""
 
 
 class Estimate(NamedTuple):
@@ -54,14 +50,13 @@ class Estimate(NamedTuple):
     @property
     def covariance(self) -> Covariance:
         """Covariance of (x, y, yaw)."""
-        (xx, xy, xt), (_, yy, yt), (_, _, tt) = self.P[:3, :3].tolist()
-        return (xx, xy, xt, yy, yt, tt)
+        return self.P[:3, :3]
 
 
 def initialize(odometry: CumulativeOdometry, pose: SE2, noise: Covariance, sources: int) -> Estimate:
     """Return the initial estimate from a prior pose and its covariance, for a number of sources."""
     P = np.eye(3 + 3 * sources)
-    P[:3, :3] = as_matrix(noise)
+    P[:3, :3] = noise
     bias, bias_sigmas = np.zeros((sources, 3)), np.full((sources, 3), np.inf)
     return Estimate(odometry, pose.x, pose.y, pose.yaw, bias, bias_sigmas, P)
 
@@ -92,12 +87,10 @@ def predict(estimate: Estimate, odometry: CumulativeOdometry, settings: ArbiterS
     odometry_noise = motion_covariance(
         estimate.odometry, odometry, settings.odometry_noise_xy, settings.odometry_noise_yaw
     )
-    noise = add_covariances(
-        rotate_covariance(odometry_noise, cos, sin),
-        diagonal(
-            (settings.drift_speed * motion.odometry_gap) ** 2 + _PROCESS_NOISE_XY**2 * motion.duration,
-            (settings.drift_turn_rate * motion.odometry_gap) ** 2 + _PROCESS_NOISE_YAW**2 * motion.duration,
-        ),
+    R = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    noise = R @ odometry_noise @ R.T + diagonal(
+        (settings.drift_speed * motion.odometry_gap) ** 2 + _PROCESS_NOISE_XY**2 * motion.duration,
+        (settings.drift_turn_rate * motion.odometry_gap) ** 2 + _PROCESS_NOISE_YAW**2 * motion.duration,
     )
     decay = math.exp(-motion.path_length(settings.drift_speed) / settings.bias_correlation_length)
     P = estimate.P.copy()
@@ -108,7 +101,7 @@ def predict(estimate: Estimate, odometry: CumulativeOdometry, settings: ArbiterS
     P[:, 1] += x * P[:, 2]
     P[3:] *= decay
     P[:, 3:] *= decay
-    P[:3, :3] += as_matrix(noise)
+    P[:3, :3] += noise
     P.ravel()[3 * (len(P) + 1) :: len(P) + 1] += 1.0 - decay * decay
     return Estimate(
         odometry,
@@ -121,12 +114,15 @@ def predict(estimate: Estimate, odometry: CumulativeOdometry, settings: ArbiterS
     )
 
 
-def compute_innovation(estimate: Estimate, pose: SE2) -> Vector:
-    """Return the innovation: measured pose minus estimate [m, m, rad]."""
-    return pose.x - estimate.x, pose.y - estimate.y, math.remainder(pose.yaw - estimate.yaw, math.tau)
+def compute_innovation(estimate: Estimate, pose: SE2) -> NDArray[np.float64]:
+    """Return the innovation: measured pose minus estimate, shape (3,) [m, m, rad]."""
+    yaw = math.remainder(pose.yaw - estimate.yaw, math.tau)
+    return np.array((pose.x - estimate.x, pose.y - estimate.y, yaw))
 
 
-def update(estimate: Estimate, innovation: Vector, source: int, noise: Covariance, bias_fraction: float) -> Estimate:
+def update(
+    estimate: Estimate, innovation: NDArray[np.float64], source: int, noise: Covariance, bias_fraction: float
+) -> Estimate:
     """Measurement update with a pose z = p + √a L u + v: pose p, bias u of the source, white noise v.
 
     The bias is estimated only where the pose is more certain than this source alone could make it, which is the work of
@@ -134,20 +130,20 @@ def update(estimate: Estimate, innovation: Vector, source: int, noise: Covarianc
 
     Args:
         estimate: prediction at the stamp of the measurement.
-        innovation: measured pose minus prediction [m, m, rad].
+        innovation: measured pose minus prediction, shape (3,) [m, m, rad].
         source: source index.
         noise: covariance R = L Lᵀ of the measurement.
         bias_fraction: fraction a of R that is bias; the rest is the covariance of v.
     """
-    L, columns, R = bias_sqrt(noise), _bias_columns(source), as_matrix(noise)
+    L, columns = bias_sqrt(noise), _bias_columns(source)
     estimate, bias_gain = _rescale_bias(estimate, source, L[_SIGMA_ENTRIES]), math.sqrt(bias_fraction) * L
     P = estimate.P
     PH = P[:, :3] + P[:, columns] @ bias_gain.T
-    S = PH[:3] + bias_gain @ PH[columns] + (1.0 - bias_fraction) * R
+    S = PH[:3] + bias_gain @ PH[columns] + (1.0 - bias_fraction) * noise
     K = np.linalg.solve(S, PH.T).T
-    if not _can_estimate_bias(P, bias_fraction * R):
+    if not _can_estimate_bias(P, bias_fraction * noise):
         K[columns] = 0.0
-    correction = K @ (np.array(innovation) - bias_gain @ estimate.bias[source])
+    correction = K @ (innovation - bias_gain @ estimate.bias[source])
     P = P - K @ PH.T - PH @ K.T + K @ S @ K.T
     dx, dy, dt = correction[:3].tolist()
     return Estimate(
@@ -187,7 +183,7 @@ def bias_sqrt(noise: Covariance) -> NDArray[np.float64]:
     Yaw comes first: a source that sees one lamp or one door knows its position only as well as its yaw, so one bias
     affects both.
     """
-    xx, xy, xt, yy, yt, tt = noise
+    (xx, xy, xt), (_, yy, yt), (_, _, tt) = noise.tolist()
     sigma_yaw = math.sqrt(tt)
     x, y = xt / sigma_yaw, yt / sigma_yaw
     along = math.sqrt(max(xx - x * x, 0.0))
@@ -202,67 +198,14 @@ def _bias_columns(source: int) -> slice:
 
 def diagonal(var_xy: float, var_yaw: float) -> Covariance:
     """Return a diagonal covariance, with the same variance along x and y [m²]."""
-    return (var_xy, 0.0, 0.0, var_xy, 0.0, var_yaw)
-
-
-def add_covariances(a: Covariance, b: Covariance) -> Covariance:
-    """Return ``a + b``."""
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5])
-
-
-def scale_covariance(a: Covariance, factor: float) -> Covariance:
-    """Return ``factor a``."""
-    return (a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor, a[5] * factor)
-
-
-def rotate_covariance(a: Covariance, cos: float, sin: float) -> Covariance:
-    """Return ``R a Rᵀ`` for a rotation about the z axis."""
-    xx, xy, xt, yy, yt, tt = a
-    rxx, rxy = cos * xx - sin * xy, cos * xy - sin * yy
-    ryx, ryy = sin * xx + cos * xy, sin * xy + cos * yy
-    return (
-        rxx * cos - rxy * sin,
-        rxx * sin + rxy * cos,
-        cos * xt - sin * yt,
-        ryx * sin + ryy * cos,
-        sin * xt + cos * yt,
-        tt,
-    )
-
-
-def inverse(a: Covariance) -> Covariance:
-    """Return the inverse of a positive definite covariance (by its adjugate)."""
-    xx, xy, xt, yy, yt, tt = a
-    c0, c1, c2 = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
-    inverse_determinant = 1.0 / (xx * c0 + xy * c1 + xt * c2)
-    return (
-        c0 * inverse_determinant,
-        c1 * inverse_determinant,
-        c2 * inverse_determinant,
-        (xx * tt - xt * xt) * inverse_determinant,
-        (xy * xt - xx * yt) * inverse_determinant,
-        (xx * yy - xy * xy) * inverse_determinant,
-    )
-
-
-def mahalanobis_squared(residual: Vector, information: Covariance) -> float:
-    """Return the squared Mahalanobis distance of a residual, ``information`` being an inverse covariance."""
-    x, y, t = residual
-    xx, xy, xt, yy, yt, tt = information
-    return x * (xx * x + 2.0 * (xy * y + xt * t)) + y * (yy * y + 2.0 * yt * t) + tt * t * t
+    return np.diag((var_xy, var_xy, var_yaw))
 
 
 def is_positive_definite(a: Covariance) -> bool:
     """Return whether all entries are finite and every leading minor is positive."""
-    xx, xy, xt, yy, yt, tt = a
-    if not all(map(math.isfinite, a)):
+    if not np.isfinite(a).all():
         return False
+    (xx, xy, xt), (_, yy, yt), (_, _, tt) = a.tolist()
     minor = xx * yy - xy * xy
     determinant = xx * (yy * tt - yt * yt) - xy * (xy * tt - xt * yt) + xt * (xy * yt - xt * yy)
     return xx > 0.0 and minor > 0.0 and determinant > 0.0
-
-
-def as_matrix(a: Covariance) -> NDArray[np.float64]:
-    """Return the covariance as an array of shape (3, 3)."""
-    xx, xy, xt, yy, yt, tt = a
-    return np.array(((xx, xy, xt), (xy, yy, yt), (xt, yt, tt)))

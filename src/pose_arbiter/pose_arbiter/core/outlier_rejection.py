@@ -6,19 +6,16 @@ The step is a pure function, so that replayed measurements give the same result 
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from scipy.special import gammaincinv
 
 from pose_arbiter.core.kalman_filter import (
     Estimate,
-    add_covariances,
     compute_innovation,
     diagonal,
     initialize,
     initialize_from_source,
-    inverse,
-    mahalanobis_squared,
     predict,
-    scale_covariance,
     update,
 )
 from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
@@ -59,12 +56,7 @@ class OutlierRejection:
     """Gates measurements, updates or resets the estimate; holds only settings."""
 
     def __init__(self, sources: Sequence[SourceSettings], settings: ArbiterSettings) -> None:
-        """Compute the gate and the timeouts.
-
-        Args:
-            sources: settings of each source, by source index.
-            settings: filter settings.
-        """
+        """Compute the gate and the timeouts; the index of a source is its position in the sequence."""
         self._sources, self._settings = tuple(sources), settings
         self._timeouts = tuple(round(source.timeout * 1e9) for source in sources)
         # Quantile of the chi-square distribution with 3 degrees of freedom.
@@ -80,13 +72,7 @@ class OutlierRejection:
     def process(
         self, state: FilterState, measurement: PoseMeasurement, odometry: CumulativeOdometry
     ) -> tuple[FilterState, MeasurementStatus]:
-        """Process one measurement; return the state after it and the status of the measurement.
-
-        Args:
-            state: state before the measurement.
-            measurement: pose, not older than the measurements before.
-            odometry: cumulative odometry at its stamp.
-        """
+        """Process one measurement; return the state after it and the status of the measurement."""
         number = measurement.source
         # An operator's pose initializes the filter; the sources begin anew.
         if number < 0:
@@ -137,8 +123,8 @@ class OutlierRejection:
         """Return the status of a measurement and the new estimate, None for a rejected measurement."""
         # Gate: innovation d, covariances of the pose, the measurement and the margin, dᵀ (T + R + S)⁻¹ d.
         innovation = compute_innovation(predicted, measurement.pose)
-        covariance = add_covariances(add_covariances(predicted.covariance, measurement.noise), self._gate_margin)
-        if mahalanobis_squared(innovation, inverse(covariance)) > self._gate:
+        covariance = predicted.covariance + measurement.noise + self._gate_margin
+        if innovation @ np.linalg.solve(covariance, innovation) > self._gate:
             # Outside: the robot was moved, or the estimate is wrong, if the pose has enough support.
             if self._can_reset(state, measurement, observed):
                 return MeasurementStatus.RESET, self._reset_to(measurement, observed.odometry, _RESET_INFLATION)
@@ -167,8 +153,7 @@ class OutlierRejection:
         return bool(ranked) and max(ranked)[2] == -measurement.source
 
     def _reset_to(self, measurement: PoseMeasurement, odometry: CumulativeOdometry, inflation: float) -> Estimate:
-        noise = scale_covariance(measurement.noise, inflation)
-        initial = initialize(odometry, measurement.pose, noise, len(self._sources))
+        initial = initialize(odometry, measurement.pose, inflation * measurement.noise, len(self._sources))
         return initialize_from_source(initial, measurement.source, measurement.noise, self._settings.bias_fraction)
 
     def _is_on_probation(self, state: FilterState, measurement: PoseMeasurement, odometry: CumulativeOdometry) -> bool:

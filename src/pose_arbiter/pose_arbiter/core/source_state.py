@@ -75,8 +75,8 @@ class PoseWithOdometry(NamedTuple):
 
 def attach_odometry(measurement: PoseMeasurement, odometry: CumulativeOdometry) -> PoseWithOdometry:
     """Return a measurement with the odometry at its stamp."""
-    pose, noise = measurement.pose, measurement.noise
-    return PoseWithOdometry(odometry, pose.x, pose.y, pose.yaw, max(noise[0], noise[3]), noise[5])
+    pose, (var_x, var_y, var_yaw) = measurement.pose, measurement.noise.diagonal().tolist()
+    return PoseWithOdometry(odometry, pose.x, pose.y, pose.yaw, max(var_x, var_y), var_yaw)
 
 
 def is_consistent(a: PoseWithOdometry, b: PoseWithOdometry, gate: float, settings: ArbiterSettings) -> bool:

@@ -199,7 +199,6 @@ class TiltBuffer:
     """Recent roll and pitch of the base."""
 
     def __init__(self) -> None:
-        """Start without readings."""
         self._readings: deque[tuple[float, tuple[float, float]]] = deque(maxlen=_READINGS_MAX)
 
     def add(self, stamp: float, roll: float, pitch: float) -> None:

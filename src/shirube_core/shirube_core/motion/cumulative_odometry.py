@@ -5,6 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 
 class CumulativeOdometry(NamedTuple):
     """Odometry accumulated up to a stamp, in the buffer frame, which stays continuous when odometry restarts.
@@ -96,8 +99,8 @@ def motion_between(a: CumulativeOdometry, b: CumulativeOdometry) -> Motion:
 
 def motion_covariance(
     a: CumulativeOdometry, b: CumulativeOdometry, noise_xy: float, noise_yaw: float
-) -> tuple[float, float, float, float, float, float]:
-    """Return the covariance (xx, xy, xt, yy, yt, tt) of the motion from a to b from the odometry noise alone.
+) -> NDArray[np.float64]:
+    """Return the covariance of (x, y, yaw), shape (3, 3), of the motion from a to b from the odometry noise alone.
 
     A yaw error e of step k at position p_k moves the end p by ``e J (p - p_k)``, J a rotation by 90°: the covariance
     is the sum of ``q s_k J (p - p_k)(p - p_k)ᵀ Jᵀ``, q the square of ``noise_yaw``.
@@ -115,4 +118,5 @@ def motion_covariance(
     rxy = x * ry - sx * y + (b.sxy - a.sxy)
     ryy = y * ry - sy * y + (b.syy - a.syy)
     var_xy = noise_xy * noise_xy * distance
-    return (var_xy + q * ryy, -q * rxy, -q * ry, var_xy + q * rxx, q * rx, q * s)
+    xx, xy, xt, yy, yt = var_xy + q * ryy, -q * rxy, -q * ry, var_xy + q * rxx, q * rx
+    return np.array(((xx, xy, xt), (xy, yy, yt), (xt, yt, q * s)))

@@ -60,9 +60,6 @@ def _fill(defaults: Settings, values: Mapping[str, object], prefix: str) -> Sett
 def check_settings(settings: object) -> None:
     """Check types, ranges and choices of every value, including nested ones.
 
-    Args:
-        settings: instance of a settings dataclass.
-
     Raises:
         SettingsError: one line that names the setting, its value and what is allowed.
     """
@@ -154,13 +151,7 @@ class _RenamedOption(argparse.Action):
 
 
 def reject_former_option(parser: argparse.ArgumentParser, former_name: str, name: str) -> None:
-    """Let a parser reject the former name of an option; the help does not show it.
-
-    Args:
-        parser: parser that has the option under its new name.
-        former_name: former name of the setting behind it, with underscores.
-        name: its new name, with underscores.
-    """
+    """Let a parser reject the former name of an option; the help does not show it."""
     parser.add_argument(
         option_name(former_name), dest=name, action=_RenamedOption, default=argparse.SUPPRESS, help=argparse.SUPPRESS
     )

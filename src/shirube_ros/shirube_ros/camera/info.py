@@ -106,9 +106,7 @@ def sensor_window(message: CameraInfo, topic: str) -> SensorWindow:
 
 
 def check_image_size(camera: SizedCamera, shape: tuple[int, ...], topic: str, info_topic: str) -> None:
-    """Raise a CameraInfoError if the shape of an image, (h, w) or (h, w, 3), differs from its calibration's
-    size.
-    """
+    """Raise a CameraInfoError if an image, shape (h, w) or (h, w, 3), has another size than its calibration."""
     height, width = shape[:2]
     if (width, height) != (camera.width, camera.height):
         raise CameraInfoError(
@@ -119,9 +117,7 @@ def check_image_size(camera: SizedCamera, shape: tuple[int, ...], topic: str, in
 
 @dataclass(frozen=True, eq=False)
 class RigCamera:
-    """Intrinsics of the rectified camera of a rig, and its projection matrix P, shape (3, 4), with its
-    position.
-    """
+    """Intrinsics of a rig's rectified camera, and its projection P, shape (3, 4), with its position."""
 
     camera: PinholeCamera
     projection: NDArray[np.float64]

@@ -58,11 +58,6 @@ def locate_recording(
 
     The result is an error message if the image is malformed; other malformed messages are skipped.
 
-    Args:
-        recording: messages of an open bag.
-        create: creates the localizer, at the start and after a jump back in time.
-        image_errors: errors of the localizer for malformed images.
-
     Raises:
         BagError: the bag is corrupted.
     """

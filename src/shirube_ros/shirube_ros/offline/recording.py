@@ -21,9 +21,7 @@ _IMAGES = ('sensor_msgs/msg/Image', 'sensor_msgs/msg/CompressedImage')
 
 @dataclass(frozen=True)
 class RecordingTopics:
-    """Names of topics, empty for none: of images with their calibrations in the same order, odometry and IMU
-    (tilt).
-    """
+    """Topics, empty for none: images, their calibrations in the same order, odometry and IMU (tilt)."""
 
     images: tuple[str, ...]
     camera_infos: tuple[str, ...]
@@ -39,9 +37,7 @@ class RecordingTopics:
 def choose_images(
     bag: BagReader, name: str | None, default: tuple[str, ...] = ('/image_raw', '/image_raw/compressed')
 ) -> str:
-    """Return the image topic of a camera: the named one, else a default one, else the only one; see
-    `select_topic`.
-    """
+    """Return the image topic of a camera; see `select_topic`."""
     return select_topic(bag, name, _IMAGES, default)
 
 
@@ -58,10 +54,7 @@ def choose_imu(bag: BagReader, name: str | None) -> str:
 def choose_topics(
     bag: BagReader, image: str | None, camera_info: str | None, odometry: str | None, imu: str | None = ''
 ) -> RecordingTopics:
-    """Return the topics of one camera: the given ones, else the nodes' defaults, else the only one of the
-    type.
-
-    None means not given; an empty ``imu`` is not used.
+    """Return the topics of one camera by `select_topic`; None means not given, an empty ``imu`` is not used.
 
     Raises:
         BagError: a given topic is missing or of another type, or the choice is not unique.
@@ -77,8 +70,7 @@ def choose_topics(
 def select_topic(
     bag: BagReader, name: str | None, types: tuple[str, ...], defaults: tuple[str, ...], *, is_optional: bool = False
 ) -> str:
-    """Return the named topic, else the first default one, else the only one of the types; empty if there is
-    none.
+    """Return the named topic, else the first default one, else the only one of the types, else an empty one.
 
     Raises:
         BagError: the named topic is missing or has another type, or the choice is not unique.

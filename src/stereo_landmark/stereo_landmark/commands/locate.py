@@ -12,7 +12,7 @@ from tqdm import tqdm
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import CameraMount
 from shirube_core.settings import settings_from_values
-from shirube_ros.camera.files import list_images
+from shirube_ros.camera.image import to_grey
 from shirube_ros.errors import CameraFileError
 from shirube_ros.offline.locate import OfflineLocalizer, add_common_options, locate_recording, run_command
 from shirube_ros.offline.recording import RecordedImage, RecordingTopics
@@ -21,11 +21,11 @@ from stereo_landmark.core.pair.pair_stream import LocatedPair, PairStream
 from stereo_landmark.core.settings import LandmarkSettings, PairSettings, PlaceSettings
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.files.camera_files import (
+    add_pair_options,
     choose_topics,
-    load_camera_calibration,
     load_grey_image,
+    pair_files,
     pair_recording,
-    to_grey,
 )
 from stereo_landmark.files.displacement_files import LocatedFrame, save_displacements
 from stereo_landmark.files.place_file import load_places
@@ -102,26 +102,16 @@ def locate_files(options: argparse.Namespace, stream: PairStream) -> Iterator[Lo
         StereoLandmarkError: the files are not given in pairs, or the calibrations are not those of the places.
         CameraFileError: a calibration is malformed, or an image does not exist.
     """
-    if not (options.right and options.left_calibration and options.right_calibration):
-        raise StereoLandmarkError('--left needs --right, --left-calibration and --right-calibration')
-    left, right = list_images(options.left), list_images(options.right)
-    if len(left) != len(right):
-        raise StereoLandmarkError(
-            f'there are {len(left)} left and {len(right)} right images; give pairs in the same order'
-        )
+    files, (left, right) = pair_files(options)
     if not _RATES[0] < options.rate < _RATES[1]:
         raise StereoLandmarkError(
             f'--rate must be above {_RATES[0]:g} and below {_RATES[1]:g}; give the pairs per second'
         )
-    calibrations = (
-        load_camera_calibration(options.left_calibration),
-        load_camera_calibration(options.right_calibration),
-    )
-    stream.get_localizer(*calibrations)
-    for number, paths in enumerate(zip(left, right, strict=True)):
+    stream.get_localizer(left, right)
+    for number, paths in enumerate(files):
         stamp_ns = round(number / options.rate * 1e9)
         stream.add_tilt(stamp_ns * 1e-9, *options.tilt)
-        located = _locate_pair(stream, stamp_ns, paths, calibrations)
+        located = _locate_pair(stream, stamp_ns, paths, (left, right))
         if located is not None:
             yield LocatedFrame(str(paths[0]), stamp_ns, located)
 
@@ -175,18 +165,9 @@ def make_parser() -> argparse.ArgumentParser:
     source = parser.add_mutually_exclusive_group(required=True)
     source.add_argument('--left', type=Path, nargs='+', help='folder of left images, or left images in order')
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
-    add('--right', type=Path, nargs='+', help='right images in the same order')
-    for side in ('left', 'right'):
-        add(f'--{side}-calibration', type=Path, metavar='YAML',
-            help=f'calibration of the {side} camera, as camera_calibration writes it')  # fmt: skip
     add('--rate', type=float, default=10.0, help='image rate of folders [1/s] (default: %(default)s)')
-    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
-        help='roll and pitch of the robot, for image files [rad] (default: level)')  # fmt: skip
-    topics = ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu')
-    add_common_options(parser, topics, NodeSettings(), 'looking ahead')
-    add('--rectify', action='store_true', help='rectify raw images')
-    add('--approximate-sync', type=float, metavar='SECONDS',
-        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
+    add_common_options(parser, (), NodeSettings(), 'looking ahead')
+    add_pair_options(parser)
     add('--mode', default=LandmarkSettings.mode,
         help="likelihood, or paper: the paper's search and closed form (default: %(default)s)")  # fmt: skip
     add('--method', default=PlaceSettings.method,

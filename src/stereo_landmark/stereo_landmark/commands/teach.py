@@ -3,13 +3,16 @@
 import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from shirube_bags.errors import ShirubeBagsError
+from shirube_core.command import run_command
 from shirube_core.settings import SettingsError
 from shirube_ros.errors import CameraFileError
+from shirube_ros.offline.locate import add_mount_options
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import NoTargetDetection
@@ -19,6 +22,7 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.hints import report_target
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection, select_primitives
 from stereo_landmark.core.teaching.teacher import Teacher
+from stereo_landmark.files.camera_files import add_pair_options
 from stereo_landmark.files.place_file import place_path, save_place
 from stereo_landmark.files.teach_config_file import TargetConfig, load_pair, load_teach_config
 from stereo_landmark.node_settings import NodeSettings
@@ -36,36 +40,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(own, argparse.Namespace(ros_args=given[len(own) :]))
     if options.accept and options.drive is None:
         parser.error('--accept goes with --drive')
+    if options.batch is not None:
+        work = partial(teach_batch, options.batch, options.places, replace=options.replace)
+    else:
+        work = partial(open_page, options)
+    errors = (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError)
     try:
-        if options.batch is not None:
-            teach_batch(options.batch, options.places, replace=options.replace)
-        else:
-            open_page(options)
-    except (StereoLandmarkError, CameraFileError, ShirubeBagsError, SettingsError) as fault:
-        print(f'teach: {fault}', file=sys.stderr)
-        return 1
-    except OSError as fault:
-        print(f'teach: {_error_message(fault, options)}', file=sys.stderr)
-        return 1
+        return run_command('teach', work, errors, options.places)
     except KeyboardInterrupt:
         return 0
-    return 0
-
-
-def _error_message(fault: OSError, options: argparse.Namespace) -> str:
-    if fault.filename is None and options.batch is None and not options.accept:
-        return f'{fault.strerror}; choose another --host or --port'
-    # The error of a full disk has no file name.
-    return f'{fault.filename or options.places}: {fault.strerror}; choose a writable place'
 
 
 def teach_batch(path: Path, places: Path, *, replace: bool = False) -> None:
     """Teach the place of a teach config, save it and print warnings (paper 4, fig. 9).
-
-    Args:
-        path: path of the teach config.
-        places: folder of the taught places.
-        replace: whether to replace a place of the same name.
 
     Raises:
         StereoLandmarkError: the config is invalid, or the place exists and must not be replaced.
@@ -148,12 +135,9 @@ def make_parser() -> argparse.ArgumentParser:
         '--left', type=Path, nargs='+', help='folder of left images, or left images; the first pair is taught'
     )
     source.add_argument('--bag', type=Path, help='rosbag2 with images, camera_info and optional imu')
-    source.add_argument(
-        '--drive',
-        type=Path,
-        metavar='BAG',
+    source.add_argument('--drive', type=Path, metavar='BAG',
         help='rosbag2 of a short drive around the place; proposes shapes that are found again for the page or --accept',
-    )
+    )  # fmt: skip
     source.add_argument('--place', type=Path, metavar='YAML', help='taught place to edit')
     source.add_argument(
         '--live', action='store_true', help='subscribe to left/image_rect and so on; --ros-args may follow'
@@ -161,40 +145,21 @@ def make_parser() -> argparse.ArgumentParser:
     add('--places', type=Path, default=Path('places'), metavar='FOLDER', help='default: %(default)s')
     add('--replace', action='store_true', help='allow --batch or --accept to replace a place of the same name')
     add('--accept', action='store_true', help='save what --drive proposes, without the page')
-    _add_page_options(add)
+    _add_page_options(parser)
     return parser
 
 
-def _add_page_options(add: Callable[..., object]) -> None:
-    add('--right', type=Path, nargs='+', help='right images in the same order')
-    for side in ('left', 'right'):
-        add(
-            f'--{side}-calibration',
-            type=Path,
-            metavar='YAML',
-            help=f'calibration of the {side} camera, as camera_calibration writes it',
-        )
-    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
-        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the standard or only topic)')
+def _add_page_options(parser: argparse.ArgumentParser) -> None:
+    add_pair_options(parser)
+    add_mount_options(parser, _NODE, 'looking ahead')
+    add: Callable[..., object] = parser.add_argument
     add('--test-bag', type=Path, nargs='+', default=(), metavar='BAG',
         help='further bags of the same cameras, for tests')  # fmt: skip
-    add('--rectify', action='store_true', help='rectify raw images')
-    add('--approximate-sync', type=float, metavar='SECONDS',
-        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
     add('--image-transport', default=_NODE.image_transport, choices=('raw', 'compressed', 'auto'),
         help='image transport of live images (default: %(default)s)')  # fmt: skip
-    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
-        help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
-    add('--camera-xyz', type=float, nargs=3, default=_NODE.camera_xyz, metavar=('X', 'Y', 'Z'),
-        help='position of the left optical frame in the base frame [m] (default: %(default)s)')  # fmt: skip
-    add('--camera-rpy', type=float, nargs=3, default=_NODE.camera_rpy, metavar=('R', 'P', 'Y'),
-        help='fixed-axis roll, pitch, yaw of the left optical frame [rad] (default: looking ahead)')  # fmt: skip
     add('--name', default='place_1', help='initial name of the place (default: %(default)s)')
-    add(
-        '--host',
-        default='127.0.0.1',
-        help='listening address; non-loopback addresses require a token (default: %(default)s)',
-    )
+    add('--host', default='127.0.0.1',
+        help='listening address; non-loopback addresses require a token (default: %(default)s)')  # fmt: skip
     add('--port', type=_port, default=_PORT, help='port, 0 for any free port (default: %(default)s)')
 
 

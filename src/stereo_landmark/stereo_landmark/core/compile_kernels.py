@@ -9,7 +9,6 @@ from shirube_core.geometry import CameraMount, PinholeCamera
 from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.edges.edges import thin
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
-from stereo_landmark.core.primitives.corner_links import link_corners, nearest_links
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.stereo import StereoRig
@@ -36,8 +35,6 @@ def compile_kernels() -> None:
                 parts[kind.value] = primitive
     place = teacher.teach('wall', [TargetSelection('things', parts)])
     LandmarkLocalizer([place]).locate(*images)
-    # Only images with thousands of line segments reach this kernel.
-    nearest_links(link_corners(np.empty((0, 2, 2)), 1.0, 1.0, 1.0), 1)
     # Only the thinning control of a taught place reaches this one.
     thin(np.zeros((3, 3), dtype=np.bool_), 1)
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from stereo_landmark.core.arrays import Floats, GreyImage
 from stereo_landmark.core.features.feature_search import MeasuredFeatures, SeenImages
+from stereo_landmark.core.pair.camera_pair import check_size
 from stereo_landmark.core.patches.taught_patches import TaughtPatches
 from stereo_landmark.core.place.place_locator import NoPlaceFix, PlaceFix, PlaceLocator
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.procedure.paper_search import PaperSearch
-from stereo_landmark.core.procedure.stereo_view import StereoView, TiltedCameras, detect_scene
+from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.target_search import (
     NoTargetDetection,
     TargetDetection,
@@ -23,7 +24,7 @@ from stereo_landmark.core.procedure.target_search import (
 )
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import CLOSED_FORM, FEATURES, PAPER, SHAPES, LandmarkSettings
-from stereo_landmark.core.stereo import StereoRig, concatenate
+from stereo_landmark.core.stereo import StereoRig, TiltedCameras, concatenate
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.view_localizer import (
     LandmarkFix,
@@ -114,7 +115,8 @@ class LandmarkLocalizer:
             for place in self.places:
                 if (prior is not None and place.name == prior.place) is not is_likely:
                     continue
-                _check_sizes(place, (left, right))
+                check_size(left, place.rig.left, 'the left image')
+                check_size(right, place.rig.right, 'the right image')
                 predicted = prior.state if prior is not None and is_likely else None
                 result = self._locate_at(place, seen, tilt, views, predicted)
                 if isinstance(result, LandmarkFix):
@@ -262,16 +264,6 @@ class LandmarkLocalizer:
                 'ambiguous: several places match', f'places {names} have similar scores', fixes[0].detections
             )
         return fixes[0]
-
-
-def _check_sizes(place: TaughtPlace, images: tuple[GreyImage, GreyImage]) -> None:
-    for name, image in zip(('left', 'right'), images, strict=True):
-        if image.shape != (place.rig.left.height, place.rig.left.width):
-            size = 'x'.join(str(side) for side in image.shape[1::-1])
-            raise StereoLandmarkError(
-                f'the {name} image is {size}, place {place.name} was taught with '
-                f'{place.rig.left.width}x{place.rig.left.height}; use the same cameras'
-            )
 
 
 def _describe_failure(place: TaughtPlace, detections: tuple[TargetResult, ...], fault: NoPlaceFix) -> NoLandmarkFix:

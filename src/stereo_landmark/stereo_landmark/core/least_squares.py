@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from stereo_landmark.core.arrays import Floats, Ints
+from stereo_landmark.core.arrays import Floats
 
 SINGULAR_TOLERANCE = 1e-10
 """Smallest pivot as a fraction of the diagonal entry; smaller pivots make the matrix singular."""
@@ -96,20 +96,16 @@ def robust_step(jacobian: Floats, offsets: Floats, sigmas: Floats, prior: Floats
         sigmas: standard deviations of the offsets, infinite for unmeasured ones, shape (k,) [px].
         prior: prior information (inverse variance) of each parameter step, 0 for none, shape (p,).
     """
-    measured = np.flatnonzero(np.isfinite(sigmas))
-    unknowns = jacobian.shape[1]
+    measured, unknowns, count = np.isfinite(sigmas), jacobian.shape[1], len(sigmas)
+    jacobian, offsets, sigmas = jacobian[measured], offsets[measured], sigmas[measured]
     step, inverse = np.zeros(unknowns), np.eye(unknowns)
-    weights, residuals = np.ones(len(measured)), np.zeros(len(measured))
+    weights, residuals = np.ones(len(sigmas)), np.zeros(len(sigmas))
     for iteration in range(_L1_ITERATIONS + _ITERATIONS):
         if np.sum(weights > 0.0) < unknowns + 1:
             return RobustStep(False, step, inverse, 0.0)
-        if not _solve(jacobian, offsets, sigmas, measured, weights, prior, step, inverse):
+        if not _solve(jacobian, offsets, weights / sigmas**2, prior, step, inverse):
             return RobustStep(False, step, inverse, 0.0)
-        for m in range(len(measured)):
-            residuals[m] = offsets[measured[m]]
-            for c in range(unknowns):
-                residuals[m] -= jacobian[measured[m], c] * step[c]
-            residuals[m] = abs(residuals[m]) / sigmas[measured[m]]
+        residuals = np.abs(offsets - jacobian @ step) / sigmas
         if iteration < _L1_ITERATIONS:
             weights = 1.0 / np.maximum(residuals, 1.0)
             continue
@@ -117,39 +113,17 @@ def robust_step(jacobian: Floats, offsets: Floats, sigmas: Floats, prior: Floats
         weights = np.maximum(0.0, 1.0 - (residuals / (_TUKEY * scale)) ** 2) ** 2
     inliers = weights > 0.0
     degrees_of_freedom = np.sum(inliers) - unknowns
-    if degrees_of_freedom < 1 or not _solve(
-        jacobian, offsets, sigmas, measured, inliers.astype(np.float64), prior, step.copy(), inverse
-    ):
+    if degrees_of_freedom < 1 or not _solve(jacobian, offsets, inliers / sigmas**2, prior, step.copy(), inverse):
         return RobustStep(False, step, inverse, 0.0)
     scatter = max(1.0, np.sum(residuals[inliers] ** 2) / degrees_of_freedom)
-    return RobustStep(True, step, inverse * (scatter * _TUKEY_LOSS), np.sum(inliers) / len(sigmas))
+    return RobustStep(True, step, inverse * (scatter * _TUKEY_LOSS), np.sum(inliers) / count)
 
 
 @njit(cache=True, error_model='numpy')
-def _solve(
-    jacobian: Floats,
-    offsets: Floats,
-    sigmas: Floats,
-    measured: Ints,
-    weights: Floats,
-    prior: Floats,
-    step: Floats,
-    inverse: Floats,
-) -> bool:
+def _solve(jacobian: Floats, offsets: Floats, weights: Floats, prior: Floats, step: Floats, inverse: Floats) -> bool:
     """Write the weighted least squares step and the inverse of its normal matrix; False if that is singular."""
-    unknowns = len(prior)
-    information, rhs = np.diag(prior), np.zeros(unknowns)
-    for m in range(len(measured)):
-        row = jacobian[measured[m]]
-        weight = weights[m] / sigmas[measured[m]] ** 2
-        for r in range(unknowns):
-            rhs[r] += weight * row[r] * offsets[measured[m]]
-            for c in range(unknowns):
-                information[r, c] += weight * row[r] * row[c]
-    if not invert_symmetric(information, inverse):
+    weighted = jacobian * weights.reshape(-1, 1)
+    if not invert_symmetric(np.diag(prior) + weighted.T @ jacobian, inverse):
         return False
-    for r in range(unknowns):
-        step[r] = 0.0
-        for c in range(unknowns):
-            step[r] += inverse[r, c] * rhs[c]
+    step[:] = inverse @ (offsets @ weighted)
     return True

@@ -6,10 +6,11 @@ import hashlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from shirube_core.geometry import CameraMount, PinholeCamera
+from shirube_core.geometry import SE3, CameraMount, PinholeCamera, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage, Masks
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 
@@ -74,6 +75,18 @@ class StereoRig:
         along_right = [self.right.fx / z, zero, -self.right.fx * (x - self.baseline) / z**2]
         rows = np.array([along_left, along_v, along_right, along_v])
         return np.ascontiguousarray(rows.transpose(2, 0, 1))
+
+    def disparities(self, pixels: Floats) -> Floats:
+        """Return the disparities of u, v left and u, v right, shape (..., 4), 0 at infinity, shape (...) [px]."""
+        return np.asarray((pixels[..., 0] - self.left.cx) - (pixels[..., 2] - self.right.cx))
+
+    def back_project(self, pixels: Floats) -> Floats:
+        """Return the points at u, v left and u, v right, shape (n, 4) [px], in the left optical frame, (n, 3) [m]."""
+        left = self.left
+        z = left.fx * self.baseline / self.disparities(pixels)
+        x = (pixels[:, 0] - left.cx) / left.fx * z
+        y = (0.5 * (pixels[:, 1] + pixels[:, 3]) - left.cy) / left.fy * z
+        return np.column_stack([x, y, z])
 
 
 def calibration_hash(rig: StereoRig) -> str:
@@ -167,7 +180,7 @@ def concatenate(groups: Sequence[StereoPoints]) -> StereoPoints:
 
 def is_measurable(points: StereoPoints, rig: StereoRig) -> Masks:
     """Return the mask of points with enough disparity to be triangulated, shape (n,)."""
-    return _disparities(points.pixels, rig) >= DISPARITY_MIN
+    return rig.disparities(points.pixels) >= DISPARITY_MIN
 
 
 def is_in_same_row(points: StereoPoints, pixel_sigma: float) -> Masks:
@@ -192,26 +205,41 @@ def add_calibration_noise(points: StereoPoints, pixel_sigma: float) -> StereoPoi
 
 
 def triangulate(points: StereoPoints, rig: StereoRig) -> SpatialPoints:
-    """Triangulate points into the left optical frame, with covariances propagated from the pixel noise.
-
-    Args:
-        points: points with a measurable disparity.
-        rig: stereo cameras.
-    """
-    pixels, left = points.pixels, rig.left
-    z = left.fx * rig.baseline / _disparities(pixels, rig)
-    x = (pixels[:, 0] - left.cx) / left.fx * z
-    y = (0.5 * (pixels[:, 1] + pixels[:, 3]) - left.cy) / left.fy * z
-    positions = np.column_stack([x, y, z])
+    """Triangulate measurable points into the left optical frame, with covariances propagated from the pixel noise."""
+    positions = rig.back_project(points.pixels)
     weights = np.linalg.inv(points.covariances)
     for _ in range(ITERATIONS):
         jacobians = rig.jacobians(positions)
         information = jacobians.transpose(0, 2, 1) @ weights @ jacobians
-        gradients = jacobians.transpose(0, 2, 1) @ weights @ (pixels - rig.project(positions))[:, :, None]
+        gradients = jacobians.transpose(0, 2, 1) @ weights @ (points.pixels - rig.project(positions))[:, :, None]
         positions = positions + np.linalg.solve(information, gradients)[:, :, 0]
     return SpatialPoints(points.names, positions, np.asarray(np.linalg.inv(information)))
 
 
-def _disparities(pixels: Floats, rig: StereoRig) -> Floats:
-    """Return the disparities, shape (n,), 0 at infinity [px]."""
-    return np.asarray((pixels[:, 0] - rig.left.cx) - (pixels[:, 2] - rig.right.cx))
+class CameraView:
+    """The cameras at a tilt of the base, which predictions and points in space need.
+
+    Attributes:
+        rig: stereo cameras.
+        tilt: roll and pitch of the base [rad].
+    """
+
+    rig: StereoRig
+    tilt: tuple[float, float]
+
+    @cached_property
+    def camera(self) -> SE3:
+        """Left camera in the gravity-aligned base frame."""
+        return gravity_aligned_camera(self.rig.mount, *self.tilt)
+
+    def spatial_points(self, points: StereoPoints) -> SpatialPoints:
+        """Triangulate points into the gravity-aligned base frame."""
+        return triangulate(points, self.rig).transform(self.camera.rotation, self.camera.position)
+
+
+@dataclass(frozen=True)
+class TiltedCameras(CameraView):
+    """The cameras of a pair whose images are not needed."""
+
+    rig: StereoRig
+    tilt: tuple[float, float] = (0.0, 0.0)

@@ -129,13 +129,7 @@ class ShapePoints(NamedTuple):
 
 
 class ViewLocalizer:
-    """Localizes at one place.
-
-    Args:
-        taught: features of the taught pair.
-        rig: current stereo cameras.
-        settings: localization settings.
-    """
+    """Localizes at one place."""
 
     def __init__(self, taught: TaughtFeatures, rig: StereoRig, settings: LandmarkSettings) -> None:
         self._taught, self._rig, self._settings = taught, rig, settings
@@ -198,7 +192,7 @@ class ViewLocalizer:
         fit = fit_jointly(points, self._rig, state, tilt, self._settings.place)
         if fit is None:
             return ViewFault.NOT_FOUND
-        search, inliers = self._settings.search, fit.distances < GATE
+        search, inliers = self._settings.search, fit.mahalanobis_distances < GATE
         reach, turn = REACH_FACTOR * search.distance_max, REACH_FACTOR * search.yaw_max
         if np.hypot(*fit.state[:2]) > reach or abs(fit.state[3]) > turn:
             return ViewFault.OUTSIDE

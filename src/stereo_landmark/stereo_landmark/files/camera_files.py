@@ -1,6 +1,7 @@
 """Grey images, camera calibrations and recorded stereo pairs."""
 
-from collections.abc import Iterator
+import argparse
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import TiltBuffer
-from shirube_ros.camera.files import load_calibration, load_image
+from shirube_ros.camera.files import list_images, load_camera_info, load_image
+from shirube_ros.camera.image import to_grey
 from shirube_ros.camera.info import camera_from_camera_info, projection_from_camera_info
-from shirube_ros.errors import CameraInfoError
+from shirube_ros.errors import CalibrationError, CameraInfoError
 from shirube_ros.offline.recording import (
     RecordedImage,
     RecordedTilt,
@@ -26,7 +28,6 @@ from shirube_ros.offline.recording import (
 )
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side, StampSynchronizer
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.yaml_file import LandmarkFileError, read_yaml
 
 
 def load_grey_image(path: Path) -> NDArray[np.uint8]:
@@ -38,57 +39,56 @@ def load_grey_image(path: Path) -> NDArray[np.uint8]:
     return to_grey(load_image(path))
 
 
-def to_grey(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Convert an image to grey, shape (h, w).
-
-    Args:
-        pixels: grey image, shape (h, w), or BGR image, shape (h, w, 3).
-    """
-    if pixels.ndim == 2:
-        return pixels
-    return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
-
-
 def encode_png(image: NDArray[np.uint8]) -> bytes:
     """Encode a grey image, shape (h, w), as PNG."""
     _, data = cv2.imencode('.png', image)
     return data.tobytes()
 
 
-_REMEDY = 'give the YAML that camera_calibration writes for a camera of a stereo pair'
+def add_pair_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of stereo pairs besides ``--left`` and ``--bag``."""
+    add: Callable[..., Any] = parser.add_argument
+    add('--right', type=Path, nargs='+', help='right images in the same order')
+    for side in ('left', 'right'):
+        add(f'--{side}-calibration', type=Path, metavar='YAML',
+            help=f'calibration of the {side} camera, as camera_calibration writes it')  # fmt: skip
+    for name in ('left-image', 'left-camera-info', 'right-image', 'right-camera-info', 'imu'):
+        add(f'--{name}', metavar='TOPIC', help='topic of the bag (default: the usual or the only one)')
+    add('--tilt', type=float, nargs=2, default=(0.0, 0.0), metavar=('ROLL', 'PITCH'),
+        help='roll and pitch of the robot, without imu [rad] (default: level)')  # fmt: skip
+    add('--rectify', action='store_true', help='rectify raw images')
+    add('--approximate-sync', type=float, metavar='SECONDS',
+        help='maximum stamp difference of a pair (default: equal stamps)')  # fmt: skip
+
+
+def pair_files(options: argparse.Namespace) -> tuple[list[tuple[Path, Path]], tuple[CameraCalibration, ...]]:
+    """Return the pairs of image files in the options, and the calibrations of the left and the right camera.
+
+    Raises:
+        StereoLandmarkError: the files are not given in pairs.
+        CameraFileError: a calibration is malformed, or an image does not exist.
+    """
+    if not (options.right and options.left_calibration and options.right_calibration):
+        raise StereoLandmarkError('--left needs --right, --left-calibration and --right-calibration')
+    left, right = list_images(options.left), list_images(options.right)
+    if len(left) != len(right):
+        raise StereoLandmarkError(
+            f'there are {len(left)} left and {len(right)} right images; give pairs in the same order'
+        )
+    paths = options.left_calibration, options.right_calibration
+    return list(zip(left, right, strict=True)), tuple(map(load_camera_calibration, paths))
 
 
 def load_camera_calibration(path: Path) -> CameraCalibration:
-    """Load the calibration of one camera.
-
-    Raises:
-        CalibrationError: the file is missing, not YAML, or without intrinsics.
-        LandmarkFileError: the rectification or projection matrix is missing or malformed.
-    """
-    raw = load_calibration(path)
-    content = read_yaml(path, _REMEDY)
-    rotation = _numbers(path, content, 'rectification_matrix')
-    projection = _numbers(path, content, 'projection_matrix')
+    """Load the calibration of one camera; raise a CalibrationError unless it is that of a camera of a stereo pair."""
     try:
-        return CameraCalibration(raw, rotation, projection)
-    except StereoLandmarkError as fault:
-        raise LandmarkFileError(f'{path}: {fault}') from fault
-
-
-def _numbers(path: Path, content: dict[str, Any], field: str) -> tuple[float, ...]:
-    matrix = content.get(field)
-    data = matrix.get('data') if isinstance(matrix, dict) else None
-    if not isinstance(data, list) or not all(isinstance(each, int | float) for each in data):
-        raise LandmarkFileError(f'{path}: {field} with its data is missing; {_REMEDY}')
-    return tuple(float(number) for number in data)
+        return calibration_from_camera_info(load_camera_info(path), str(path))
+    except CameraInfoError as fault:
+        raise CalibrationError(str(fault)) from fault
 
 
 def calibration_from_camera_info(message: Any, topic: str) -> CameraCalibration:
     """Return the calibration of the raw and the rectified image.
-
-    Args:
-        message: sensor_msgs/CameraInfo of a camera of a stereo pair.
-        topic: topic name for error messages.
 
     Raises:
         CameraInfoError: the camera is not calibrated, or not as part of a stereo pair.

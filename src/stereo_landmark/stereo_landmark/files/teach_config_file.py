@@ -1,6 +1,8 @@
 """Loads a lesson of ``teach --batch``: the selections otherwise made on the teaching page, and its stereo pair."""
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,8 @@ from numpy.typing import NDArray
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import SE2, CameraMount
 from shirube_core.settings import SettingsError, settings_from_values
-from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
+from shirube_ros.camera.image import to_grey
+from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, check_size, stereo_rig
 from stereo_landmark.core.pair.rectification_check import PairCheck, check_pair
 from stereo_landmark.core.primitives.primitive import ImageProcessing, PrimitiveKind
 from stereo_landmark.core.stereo import StereoImages, StereoRig
@@ -22,42 +25,17 @@ from stereo_landmark.core.teaching.primitive_selection import (
     Selection,
     SortOrder,
 )
-from stereo_landmark.files.camera_files import (
-    choose_topics,
-    load_camera_calibration,
-    load_grey_image,
-    recorded_pairs,
-    to_grey,
-)
+from stereo_landmark.files.camera_files import choose_topics, load_camera_calibration, load_grey_image, recorded_pairs
 from stereo_landmark.files.place_entries import flatten
 from stereo_landmark.files.yaml_file import LandmarkFileError, check_schema, read_yaml
 
 _REMEDY = 'correct it'
 
 
-@dataclass(frozen=True)
-class CalibratedImages:
-    """Image and calibration files of the left and the right camera."""
-
-    images: tuple[Path, Path]
-    calibrations: tuple[Path, Path]
-
-
-@dataclass(frozen=True)
-class BagStamp:
-    """A stereo pair of a bag.
-
-    Attributes:
-        path: path of the bag.
-        stamp: stamp at or after which the first pair is used [s]; None for the first pair of the bag.
-        sync_tolerance: maximum difference between the stamps of a pair [s].
-        topics: topic names for `choose_topics`.
-    """
-
-    path: Path
-    stamp: float | None
-    sync_tolerance: float
-    topics: dict[str, str]
+CameraImage = tuple[NDArray[np.uint8], CameraCalibration]
+"""Grey image, shape (h, w), and the calibration of its camera."""
+LoadedPair = tuple[CameraImage, CameraImage, tuple[float, float] | None]
+"""Left and right image, and the tilt that the IMU measured near them [rad]."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +61,7 @@ class TeachConfig:
 
     Attributes:
         name: name of the place.
-        source: source of the stereo pair.
+        load: loads the stereo pair, raw or rectified.
         mount: extrinsics of the left camera's rectified optical frame.
         targets: configurations of the targets.
         is_raw: whether the images have to be rectified.
@@ -93,7 +71,7 @@ class TeachConfig:
     """
 
     name: str
-    source: CalibratedImages | BagStamp
+    load: Callable[[], LoadedPair]
     mount: CameraMount
     targets: list[TargetConfig]
     is_raw: bool = False
@@ -128,16 +106,14 @@ def load_teach_config(path: Path) -> TeachConfig:
     )
 
 
-def _source(folder: Path, content: dict[str, Any]) -> CalibratedImages | BagStamp:
+def _source(folder: Path, content: dict[str, Any]) -> Callable[[], LoadedPair]:
     if 'images' in content:
-        return CalibratedImages(_files(folder, content['images']), _files(folder, content['calibration']))
+        files = ([folder / content[name][side] for side in ('left', 'right')] for name in ('images', 'calibration'))
+        return partial(_load_from_files, *files)
     bag = dict(content['bag'])
     tolerance = float(content.get('approximate_sync_tolerance_seconds', 0.0))
-    return BagStamp(folder / bag.pop('path'), bag.pop('stamp', None), tolerance, bag)
-
-
-def _files(folder: Path, entry: dict[str, str]) -> tuple[Path, Path]:
-    return folder / entry['left'], folder / entry['right']
+    path, stamp = folder / bag.pop('path'), bag.pop('stamp', None)
+    return partial(_load_from_bag, path, stamp, tolerance, bag, is_raw=content.get('rectify', False))
 
 
 def _processing(where: str, *contents: dict[str, Any]) -> ImageProcessing:
@@ -175,10 +151,6 @@ def _selection(where: str, entry: dict[str, Any]) -> Selection:
     return RegionSelection(kind, region, (smallest, largest), order, entry.get('count'), name)
 
 
-CameraImage = tuple[NDArray[np.uint8], CameraCalibration]
-"""Grey image, shape (h, w), and the calibration of its camera."""
-
-
 def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig, PairCheck]:
     """Load the pair of a config, rectified, its cameras, and how well it is rectified.
 
@@ -187,18 +159,11 @@ def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig, PairCheck]:
         CameraFileError: an image or calibration file is missing, truncated or malformed.
         BagError: the bag cannot be read.
     """
-    if isinstance(config.source, BagStamp):
-        left, right, tilt = _load_from_bag(config.source, is_raw=config.is_raw)
-    else:
-        (left, right), tilt = _load_from_files(config.source), None
+    left, right, tilt = config.load()
     rig = stereo_rig(left[1], right[1], config.mount)
     images = []
     for image, calibration in (left, right):
-        if image.shape != (calibration.height, calibration.width):
-            raise StereoLandmarkError(
-                f'an image is {image.shape[1]} x {image.shape[0]} px, its calibration is for '
-                f'{calibration.width} x {calibration.height} px; calibrate at the resolution in use'
-            )
+        check_size(image, calibration)
         images.append(Rectifier(calibration).rectify(image) if config.is_raw else image)
     check = check_pair(images[0], images[1], rig)
     if check.fault is not None:
@@ -206,25 +171,26 @@ def load_pair(config: TeachConfig) -> tuple[StereoImages, StereoRig, PairCheck]:
     return StereoImages(images[0], images[1], config.tilt or tilt or (0.0, 0.0)), rig, check
 
 
-def _load_from_files(source: CalibratedImages) -> tuple[CameraImage, CameraImage]:
+def _load_from_files(images: Sequence[Path], calibrations: Sequence[Path]) -> LoadedPair:
     left, right = (
         (load_grey_image(image), load_camera_calibration(calibration))
-        for image, calibration in zip(source.images, source.calibrations, strict=True)
+        for image, calibration in zip(images, calibrations, strict=True)
     )
-    return left, right
+    return left, right, None
 
 
-def _load_from_bag(moment: BagStamp, *, is_raw: bool) -> tuple[CameraImage, CameraImage, tuple[float, float] | None]:
-    """Return the first pair from the stamp on, and the tilt that the IMU measured near it."""
-    begin = None if moment.stamp is None else round(moment.stamp * 1e9)
-    with BagReader(moment.path) as bag:
-        topics = choose_topics(bag, moment.topics, is_raw=is_raw)
-        pair = next(recorded_pairs(bag, topics, moment.sync_tolerance, begin), None)
+def _load_from_bag(
+    path: Path, stamp: float | None, tolerance: float, names: dict[str, str], *, is_raw: bool
+) -> LoadedPair:
+    """Return the first pair from the stamp [s] on, of all without one, whose stamps differ by the tolerance [s]."""
+    with BagReader(path) as bag:
+        topics = choose_topics(bag, names, is_raw=is_raw)
+        pair = next(recorded_pairs(bag, topics, tolerance, None if stamp is None else round(stamp * 1e9)), None)
     if pair is not None:
         left, right = pair.left, pair.right
         return (to_grey(left.pixels), left.calibration), (to_grey(right.pixels), right.calibration), pair.tilt
-    when = '' if moment.stamp is None else f' at or after {moment.stamp:.9g} s'
+    when = '' if stamp is None else f' at or after {stamp:.9g} s'
     raise StereoLandmarkError(
-        f'{moment.path}: no pair of valid images with matching stamps{when}; '
+        f'{path}: no pair of valid images with matching stamps{when}; '
         'correct stamp, or set approximate_sync_tolerance_seconds'
     )

@@ -26,10 +26,6 @@ class LandmarkFileError(StereoLandmarkError):
 def read_yaml(path: Path, remedy: str) -> dict[str, Any]:
     """Return the fields of a YAML file, with only finite numbers.
 
-    Args:
-        path: path of the file.
-        remedy: remedy that ends an error message.
-
     Raises:
         LandmarkFileError: the file is missing or malformed, or contains no fields or a non-finite number.
     """

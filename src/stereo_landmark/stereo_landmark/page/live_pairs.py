@@ -19,6 +19,7 @@ from std_msgs.msg import Header
 
 from shirube_core.geometry import CameraMount, TiltBuffer
 from shirube_ros.callback_guard import CallbackGuard
+from shirube_ros.camera.image import to_grey
 from shirube_ros.camera.input import ImageInput
 from shirube_ros.message_conversion import tilt_from_imu
 from shirube_ros.quality_of_service import odometry_profile
@@ -26,7 +27,7 @@ from shirube_ros.stamps import StampValidator
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Side, StampSynchronizer, stereo_rig
 from stereo_landmark.core.stereo import StereoImages
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import calibration_from_camera_info, to_grey
+from stereo_landmark.files.camera_files import calibration_from_camera_info
 from stereo_landmark.page.pair_source import StereoPairs
 
 FIRST_PAIR_TIMEOUT = 30.0

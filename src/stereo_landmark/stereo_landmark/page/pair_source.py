@@ -10,19 +10,12 @@ from tqdm import tqdm
 
 from shirube_bags.bag_reader import BagReader
 from shirube_core.geometry import CameraMount
-from shirube_ros.camera.files import list_images
+from shirube_ros.camera.image import to_grey
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
 from stereo_landmark.core.pair.rectification_check import PairCheck, check_pair
 from stereo_landmark.core.stereo import StereoImages, StereoRig, calibration_hash
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
-from stereo_landmark.files.camera_files import (
-    RecordedPair,
-    choose_topics,
-    load_camera_calibration,
-    load_grey_image,
-    recorded_pairs,
-    to_grey,
-)
+from stereo_landmark.files.camera_files import RecordedPair, choose_topics, load_grey_image, pair_files, recorded_pairs
 from stereo_landmark.files.place_file import load_images, load_place
 
 
@@ -91,24 +84,15 @@ def file_pairs(options: argparse.Namespace, mount: CameraMount) -> StereoPairs:
         StereoLandmarkError: files are missing, or the calibrations are not those of a stereo pair.
         CameraFileError: a file is malformed.
     """
-    if not (options.right and options.left_calibration and options.right_calibration):
-        raise StereoLandmarkError('--left needs --right, --left-calibration and --right-calibration')
-    left, right = list_images(options.left), list_images(options.right)
-    if len(left) != len(right):
-        raise StereoLandmarkError(
-            f'there are {len(left)} left and {len(right)} right images; give pairs in the same order'
-        )
-    calibrations = (
-        load_camera_calibration(options.left_calibration),
-        load_camera_calibration(options.right_calibration),
-    )
+    files, (left, right) = pair_files(options)
     roll, pitch = options.tilt
 
     def read(number: int) -> StereoImages:
-        return StereoImages(load_grey_image(left[number]), load_grey_image(right[number]), (roll, pitch))
+        left_file, right_file = files[number]
+        return StereoImages(load_grey_image(left_file), load_grey_image(right_file), (roll, pitch))
 
-    raw = calibrations if options.rectify else None
-    return StereoPairs([path.name for path in left], read, stereo_rig(*calibrations, mount), raw)
+    raw = (left, right) if options.rectify else None
+    return StereoPairs([path.name for path, _ in files], read, stereo_rig(left, right, mount), raw)
 
 
 PAIRS_MAX = 60

@@ -34,11 +34,6 @@ class PlaceSaver:
     def save(self, place: TaughtPlace, images: StereoImages, *, replace: bool = False) -> Path:
         """Write a place and return its file.
 
-        Args:
-            place: taught place.
-            images: images used for teaching.
-            replace: whether to replace a place of the same name from elsewhere.
-
         Raises:
             PlaceExistsError: the place exists, was created or changed elsewhere, and must not be replaced.
             LandmarkFileError: the place is invalid.

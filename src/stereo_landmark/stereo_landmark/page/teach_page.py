@@ -32,11 +32,10 @@ def open_page(options: argparse.Namespace) -> None:
     """Serve the page until Ctrl-C.
 
     Raises:
-        StereoLandmarkError: the image source or its first pair is invalid.
+        StereoLandmarkError: the image source or its first pair is invalid, or listening on the address failed.
         CameraFileError: a file is malformed.
         BagError: the bag is malformed.
         SettingsError: the camera mount is out of range.
-        OSError: listening on the address failed.
     """
     _check_options(options)
     with _source(options) as source:
@@ -54,6 +53,8 @@ def open_page(options: argparse.Namespace) -> None:
 
         try:
             serve(PageServer(answers, token), options.host, options.port, print_address)
+        except OSError as fault:
+            raise StereoLandmarkError(f'{fault.strerror}; choose another --host or --port') from fault
         finally:
             _save_draft(answers, options)
 

@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-import cv2
-import numpy as np
 import yaml
 
 from shirube_core.command import run_command
 from shirube_core.files import write_text
 from shirube_ros.camera.files import load_image
+from shirube_ros.camera.image import to_grey
 from shirube_ros.errors import CameraFileError
 from vlc_beacon.core.lamp_image.blooming import BloomingCalibration, BloomingFit, calibrate_blooming, fit_blooming
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
@@ -62,8 +61,7 @@ def _parse_depth(text: str, metres: str) -> float:
 
 
 def _fit_brightest_lamp(path: Path) -> BloomingFit:
-    pixels = load_image(path)
-    image = pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)
+    image = to_grey(load_image(path))
     try:
         lamps = LampDetector().detect(image)
         if len(lamps) == 0:

@@ -10,7 +10,6 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from shirube_core.command import add_settings, run_command, settings_from
@@ -47,9 +46,6 @@ def upload_requests(frame: bytes, *, keep: bool) -> list[str]:
 class LampPort:
     """A lamp on a serial port, used as a context manager.
 
-    Args:
-        path: path of the device.
-
     Raises:
         VlcBeaconError: the device cannot be opened, or no lamp replies.
     """
@@ -69,12 +65,9 @@ class LampPort:
             raise
 
     def __enter__(self) -> Self:
-        """Return the port."""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the port; the lamp continues."""
         os.close(self._file)
 

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from shirube_core.command import run_command
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.authorization_files import make_key_file
 
@@ -16,13 +17,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument('key_file', type=Path, help='file to write; it must not exist')
     path = parser.parse_args(arguments).key_file
-    try:
+
+    def make_key() -> None:
         make_key_file(path)
-    except VlcBeaconError as error:
-        print(f'make_key: {error}', file=sys.stderr)
-        return 1
-    print(f'{path}: new key created; copy it to the robot and run there: renew_counters COUNTER_FILE --floor 0')
-    return 0
+        print(f'{path}: new key created; copy it to the robot and run there: renew_counters COUNTER_FILE --floor 0')
+
+    return run_command('make_key', make_key, (VlcBeaconError,))
 
 
 if __name__ == '__main__':

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from shirube_core.command import run_command
 from vlc_beacon.core.vlc_beacon_error import VlcBeaconError
 from vlc_beacon.files.authorization_files import CounterFile
 
@@ -19,13 +20,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument('counter_file', type=Path, help='file to write; an existing file is replaced')
     parser.add_argument('--floor', type=int, required=True, help='lowest accepted counter; 0 with a new key')
     options = parser.parse_args(arguments)
-    try:
+
+    def reset() -> None:
         CounterFile(options.counter_file).reset(options.floor)
-    except VlcBeaconError as error:
-        print(f'renew_counters: {error}', file=sys.stderr)
-        return 1
-    print(f'{options.counter_file}: reset to {options.floor}; restart the node, which reads it at startup')
-    return 0
+        print(f'{options.counter_file}: reset to {options.floor}; restart the node, which reads it at startup')
+
+    return run_command('renew_counters', reset, (VlcBeaconError,))
 
 
 if __name__ == '__main__':

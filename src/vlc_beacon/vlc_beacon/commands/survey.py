@@ -6,7 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
@@ -19,7 +18,7 @@ from shirube_bags.trajectory_files import load_bag_trajectory, load_header_stamp
 from shirube_core.command import add_settings, run_command
 from shirube_core.geometry import CameraMount, PinholeCamera
 from shirube_core.settings import SettingsError, check_settings
-from shirube_ros.camera.image import array_from_compressed_image, array_from_image
+from shirube_ros.camera.image import array_from_compressed_image, array_from_image, to_grey
 from shirube_ros.camera.info import camera_from_camera_info, check_image_size
 from shirube_ros.errors import MessageError
 from shirube_ros.offline.locate import add_mount_options
@@ -129,8 +128,7 @@ def _load_tilts(bag: BagReader, topic: str) -> tuple[NDArray[np.int64], NDArray[
 
 def _grey(message: object, msgtype: str, topic: str) -> NDArray[np.uint8]:
     convert = array_from_compressed_image if msgtype.endswith('CompressedImage') else array_from_image
-    pixels = convert(message, topic)
-    return pixels if pixels.ndim == 2 else np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGR2GRAY), np.uint8)
+    return to_grey(convert(message, topic))
 
 
 _IMU_TOPIC = '/imu'

@@ -106,13 +106,16 @@ class CommandExecutor:
     Args:
         settings: drive parameters.
         speed_limit: upper bound of the forward speed [m/s].
+
+    Attributes:
+        is_stopped: whether a stop command is active, not yet followed by resume.
     """
 
     def __init__(self, settings: DriveSettings, speed_limit: float) -> None:
         self._settings = settings
         self._speed_limit = speed_limit
         self._speed = min(settings.cruise_speed, speed_limit)
-        self._is_stopped = False
+        self.is_stopped = False
         self._is_turning = False
         self._is_released = False
         self._line: ReferenceLine | None = None
@@ -128,18 +131,13 @@ class CommandExecutor:
         """Restart at rest with the next pose; a stop command stays in effect."""
         self._line, self._last, self._is_turning = None, None, False
 
-    @property
-    def is_stopped(self) -> bool:
-        """Whether a stop command is active, not yet followed by resume."""
-        return self._is_stopped
-
     def execute(self, operation: Operation, value: float) -> None:
         """Execute an accepted command; see `Operation`. A turn before the first pose is ignored."""
         match operation:
             case Operation.STOP:
-                self._is_stopped = True
+                self.is_stopped = True
             case Operation.RESUME:
-                self._is_stopped = False
+                self.is_stopped = False
                 self._speed = min(self._settings.cruise_speed, self._speed_limit)
             case Operation.SLOW:
                 self._speed = min(self._speed, value)
@@ -174,7 +172,7 @@ class CommandExecutor:
         line, settings = self._line, self._settings
         if line is None or abs(stamp - self._pose_stamp) > settings.pose_timeout:
             return None
-        if self._is_stopped:
+        if self.is_stopped:
             return Velocity()
         if self._is_turning:
             return self._turn_velocity(line, last)

@@ -163,17 +163,11 @@ class Segments:
     index: NDArray[np.int32]
 
     def __len__(self) -> int:
-        """Return the number of segments."""
         return len(self.closed)
 
 
 def trace_segments(edges: Edges, settings: EdgeSettings) -> Segments:
-    """Link edges to segments and remove weak and short ones (paper 3.3b, 3.4).
-
-    Args:
-        edges: edges of the image.
-        settings: edge detection settings that were taught for the place.
-    """
+    """Link edges to segments and remove weak and short ones (paper 3.3b, 3.4)."""
     # Line following (3.4).
     successors = link_points(edges.points, edges.gradients, edges.index)
     # Noise removal (3.3b).

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from stereo_landmark.core.arrays import Floats, GreyImage, Ints, Masks
+from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.features.patch_alignment import align_patches, smooth
 from stereo_landmark.core.features.taught_features import ImageFeatures, TaughtFeatures, detect_features, match_features
 from stereo_landmark.core.place.joint_fit import reproject
@@ -75,12 +75,7 @@ class MeasuredFeatures:
 
 
 class FeatureSearch:
-    """Finds and measures the features of a place.
-
-    Args:
-        taught: features of the taught pair.
-        rig: current stereo cameras.
-    """
+    """Finds and measures the features of a place."""
 
     def __init__(self, taught: TaughtFeatures, rig: StereoRig) -> None:
         self._taught, self._rig = taught, rig
@@ -94,8 +89,7 @@ class FeatureSearch:
 
     def find(self, seen: ImageFeatures) -> Floats | None:
         """Return x, y, z [m], yaw, roll, pitch [rad] of the robot in the place, shape (6,); None if unknown."""
-        found = self._consensus(seen, match_features(self._taught.features, seen))
-        return None if found is None else found[0]
+        return self._consensus(seen, match_features(self._taught.features, seen))
 
     def find_rival(self, seen: ImageFeatures, state: Floats) -> Floats | None:
         """Return another pose, to which features at other pixels than those of a pose belong; None without one.
@@ -105,11 +99,10 @@ class FeatureSearch:
         matches = match_features(self._taught.features, seen, 3)
         view = reproject(state, self._taught.points.positions[matches[:, 0]], self._rig)
         away = np.hypot(*(view.pixels[:, :2] - seen.pixels[matches[:, 1]]).T) > 3.0 * PIXEL_GATE
-        found = self._consensus(seen, matches[away])
-        return None if found is None else found[0]
+        return self._consensus(seen, matches[away])
 
-    def _consensus(self, seen: ImageFeatures, matches: Ints) -> tuple[Floats, Masks] | None:
-        """Return the state with the most inliers among matches, and the mask of the inliers."""
+    def _consensus(self, seen: ImageFeatures, matches: Ints) -> Floats | None:
+        """Return the state with the most inliers among matches."""
         if len(matches) < INLIERS_MIN:
             return None
         points, pixels = self._taught.points.positions[matches[:, 0]], seen.pixels[matches[:, 1]]
@@ -124,14 +117,13 @@ class FeatureSearch:
         )
         if not is_found or inliers is None or len(inliers) < INLIERS_MIN:
             return None
-        kept = np.zeros(len(matches), dtype=np.bool_)
-        kept[inliers.ravel()] = True
+        kept = np.sort(inliers.ravel())
         turn, shift = cv2.solvePnPRefineLM(points[kept], pixels[kept], matrix, None, turn, shift)
         R_place_optical = np.asarray(cv2.Rodrigues(turn)[0]).T
         R_place_base = R_place_optical @ rig.mount.rotation.T
         position = -R_place_optical @ np.asarray(shift).ravel() - R_place_base @ np.array(rig.mount.xyz)
         roll, pitch, yaw = Rotation.from_matrix(R_place_base).as_euler('xyz')
-        return np.array([*position, yaw, roll, pitch]), kept
+        return np.array([*position, yaw, roll, pitch])
 
     def measure(self, state: Floats, images: SeenImages) -> MeasuredFeatures:
         """Return the features that the current pair shows where a state, shape (6,), predicts them."""

@@ -84,29 +84,28 @@ class CameraCalibration:
 def stereo_rig(left: CameraCalibration, right: CameraCalibration, mount: CameraMount) -> StereoRig:
     """Return the rectified stereo rig.
 
-    Args:
-        left: calibration of the left camera.
-        right: calibration of the right camera.
-        mount: pose of the rectified left optical frame in the base frame.
-
     Raises:
         StereoLandmarkError: the baseline is zero or negative, or the cameras were not calibrated together.
     """
     return StereoRig(left.rectified, right.rectified, right.x - left.x, mount)
 
 
-class Rectifier:
-    """Rectifies the images of one camera.
+def check_size(image: GreyImage, camera: PinholeCamera | CameraCalibration, name: str = 'the image') -> None:
+    """Raise a StereoLandmarkError if an image has not the size of its calibration."""
+    if image.shape != (camera.height, camera.width):
+        raise StereoLandmarkError(
+            f'{name} is {image.shape[1]} x {image.shape[0]} px, the calibration is for '
+            f'{camera.width} x {camera.height} px; calibrate at the resolution in use'
+        )
 
-    Args:
-        calibration: calibration of the camera.
-    """
+
+class Rectifier:
+    """Rectifies the images of one camera."""
 
     def __init__(self, calibration: CameraCalibration) -> None:
-        camera = calibration.raw
-        self._size = (camera.width, camera.height)
+        self._camera = calibration.raw
         rotation = np.array(calibration.rotation).reshape(3, 3)
-        self._u, self._v = camera.rectification_maps(rotation, calibration.matrix)
+        self._u, self._v = self._camera.rectification_maps(rotation, calibration.matrix)
 
     def rectify(self, image: GreyImage) -> GreyImage:
         """Return the rectified image, shape (h, w).
@@ -119,11 +118,7 @@ class Rectifier:
         Raises:
             StereoLandmarkError: the image size differs from the calibration.
         """
-        if image.shape[::-1] != self._size:
-            raise StereoLandmarkError(
-                f'the image is {image.shape[1]} x {image.shape[0]} px, the calibration is for '
-                f'{self._size[0]} x {self._size[1]} px; calibrate at the resolution in use'
-            )
+        check_size(image, self._camera)
         rectified = cv2.remap(image, self._u, self._v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
         return np.asarray(rectified, dtype=np.uint8)
 

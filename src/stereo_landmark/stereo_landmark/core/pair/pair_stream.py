@@ -158,13 +158,8 @@ def _format_vector(numbers: tuple[float, ...]) -> str:
     return '[' + ', '.join(f'{number:.6g}' for number in numbers) + ']'
 
 
-@dataclass(frozen=True)
-class _QueuedImage:
-    """An image in the queue of the synchronizer."""
-
-    stamp_ns: int
-    pixels: GreyImage
-    calibration: CameraCalibration
+_QueuedImage = tuple[int, GreyImage, CameraCalibration]
+"""Stamp [ns], pixels and calibration of an image in the queue of the synchronizer."""
 
 
 class PairStream:
@@ -224,13 +219,13 @@ class PairStream:
             StereoLandmarkError: the stamps do not match, the calibrations are not a stereo pair or not the cameras of
                 the places, or the images are not a rectified pair.
         """
-        pair = self._synchronizer.add(side, stamp_ns, _QueuedImage(stamp_ns, pixels, calibration))
+        pair = self._synchronizer.add(side, stamp_ns, (stamp_ns, pixels, calibration))
         if pair is None:
             return None
-        left, right = pair
-        localizer = self.get_localizer(left.calibration, right.calibration)
-        tilt = self._tilt.tilt_at(left.stamp_ns * 1e-9)
-        located = localizer.locate(left.stamp_ns, left.pixels, right.pixels, tilt or (0.0, 0.0))
+        (stamp_ns, left, left_calibration), (_, right, right_calibration) = pair
+        localizer = self.get_localizer(left_calibration, right_calibration)
+        tilt = self._tilt.tilt_at(stamp_ns * 1e-9)
+        located = localizer.locate(stamp_ns, left, right, tilt or (0.0, 0.0))
         return replace(located, is_tilt_missing=self._has_imu and tilt is None)
 
     def drop_prior(self) -> None:

@@ -57,19 +57,18 @@ def fit_patch(
         residual variance, -1 if the patch is not there; gain of the slopes; and strain: relative motion of the cells,
         in variances of the motion that independent pixel noise of this size causes.
     """
-    n = len(coordinates)
-    values, weights, residuals = np.empty(n), np.ones(n), np.empty(n)
-    solution, step, gain = np.zeros(jacobian.shape[1]), np.inf, 1.0
+    values, weights = np.empty(len(coordinates)), np.ones(len(coordinates))
+    light, solution = np.ascontiguousarray(jacobian[:, HOMOGRAPHY_DOF:]), np.zeros(jacobian.shape[1])
+    step, gain = np.inf, 1.0
     for k in range(ITERATIONS_MAX):
         if not _sample_image(image, coordinates, homography, values):
             return -1.0, 0.0, 0.0
-        # Moved details bias the alignment until the weights reject them.
+        # Moved details bias the alignment until the weights reject them, by residuals without the motion.
         if k > 0:
-            _write_residuals(jacobian, values, solution, residuals)
-            _write_weights(residuals, weights)
-            if not _invert_normal(jacobian, weights, inverse):
+            weights = _tukey_weights(values - light @ solution[HOMOGRAPHY_DOF:])
+            if not invert_symmetric((jacobian * weights.reshape(-1, 1)).T @ jacobian, inverse):
                 return -1.0, 0.0, 0.0
-        _write_solution(jacobian, values, weights, inverse, solution)
+        solution = inverse @ ((weights * values) @ jacobian)
         gain = solution[GAIN_COLUMN] + soft_slope_ratio * solution[SOFT_COLUMN]
         if not GAIN_RANGE[0] < gain < GAIN_RANGE[1]:
             return -1.0, 0.0, 0.0
@@ -80,7 +79,7 @@ def fit_patch(
             break
     if step > 5.0 * STEP_TOLERANCE:
         return -1.0, 0.0, 0.0
-    _write_residuals(jacobian, values, solution, residuals)
+    residuals = values - light @ solution[HOMOGRAPHY_DOF:]
     residual_variance = _inlier_variance(values, weights, residuals, len(solution))
     return residual_variance, gain, _strain(coordinates, jacobian, weights, residuals) / residual_variance
 
@@ -122,55 +121,9 @@ def _spline_weights(f: np.float32) -> tuple[np.float32, np.float32, np.float32, 
 
 
 @njit(cache=True, error_model='numpy')
-def _write_residuals(jacobian: Floats, values: Floats, solution: Floats, residuals: Floats) -> None:
-    """Write the residuals after gain, offset and blur, without the motion."""
-    for n in range(len(values)):
-        residuals[n] = values[n]
-        for c in range(HOMOGRAPHY_DOF, jacobian.shape[1]):
-            residuals[n] -= jacobian[n, c] * solution[c]
-
-
-@njit(cache=True, error_model='numpy')
-def _write_weights(residuals: Floats, weights: Floats) -> None:
+def _tukey_weights(residuals: Floats) -> Floats:
     limit = TUKEY_CONSTANT * max(MAD_TO_SIGMA * np.median(np.abs(residuals[::SCALE_SUBSAMPLING])), SCALE_MIN)
-    for n in range(len(residuals)):
-        z = residuals[n] / limit
-        weights[n] = (1.0 - z * z) ** 2 if abs(z) < 1.0 else 0.0
-
-
-@njit(cache=True, error_model='numpy')
-def _invert_normal(jacobian: Floats, weights: Floats, inverse: Floats) -> bool:
-    """Write the inverse of the weighted normal matrix; False if it is singular."""
-    count = jacobian.shape[1]
-    normal, row = np.zeros((count, count)), np.empty(count)
-    for n in range(len(weights)):
-        if weights[n] == 0.0:
-            continue
-        for c in range(count):
-            row[c] = jacobian[n, c]
-        for r in range(count):
-            weighted = weights[n] * row[r]
-            for c in range(r + 1):
-                normal[r, c] += weighted * row[c]
-    for r in range(count):
-        for c in range(r):
-            normal[c, r] = normal[r, c]
-    return bool(invert_symmetric(normal, inverse))
-
-
-@njit(cache=True, error_model='numpy')
-def _write_solution(jacobian: Floats, values: Floats, weights: Floats, inverse: Floats, solution: Floats) -> None:
-    """Write the weighted least squares solution."""
-    count = jacobian.shape[1]
-    rhs = np.zeros(count)
-    for n in range(len(values)):
-        weighted = weights[n] * values[n]
-        for c in range(count):
-            rhs[c] += weighted * jacobian[n, c]
-    for r in range(count):
-        solution[r] = 0.0
-        for c in range(count):
-            solution[r] += inverse[r, c] * rhs[c]
+    return np.maximum(1.0 - (residuals / limit) ** 2, 0.0) ** 2
 
 
 @njit(cache=True, error_model='numpy')
@@ -185,18 +138,10 @@ def _update_homography(homography: Floats, m: Floats, scale: float) -> float:
 @njit(cache=True, error_model='numpy')
 def _inlier_variance(values: Floats, weights: Floats, residuals: Floats, unknowns: int) -> float:
     """Return the residual variance of the inliers, -1 if they are too few or correlate too little with the patch."""
-    total, mean, squares, residual_variance, inlier_count = 0.0, 0.0, 0.0, 0.0, 0
-    for n in range(len(values)):
-        if weights[n] > 0.0:
-            total += weights[n]
-            mean += weights[n] * values[n]
-            inlier_count += 1
-    mean /= max(total, 1e-9)
-    for n in range(len(values)):
-        if weights[n] > 0.0:
-            squares += weights[n] * (values[n] - mean) ** 2
-            residual_variance += residuals[n] ** 2
-    residual_variance /= max(inlier_count - unknowns, 1)
+    is_inlier, total = weights > 0.0, float(np.sum(weights))
+    squares = np.sum(weights * (values - weights @ values / max(total, 1e-9)) ** 2)
+    inlier_count = int(np.sum(is_inlier))
+    residual_variance = np.sum(residuals[is_inlier] ** 2) / max(inlier_count - unknowns, 1)
     if (
         inlier_count < INLIER_FRACTION_MIN * len(values)
         or residual_variance > (1.0 - EXPLAINED_FRACTION_MIN) * squares / total

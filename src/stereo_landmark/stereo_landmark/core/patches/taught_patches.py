@@ -15,7 +15,6 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from shirube_core.geometry import gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints
 from stereo_landmark.core.patches.patch_fit import HOMOGRAPHY_DOF, fit_patch
 from stereo_landmark.core.patches.patch_template import (
@@ -32,10 +31,10 @@ from stereo_landmark.core.stereo import (
     MEASUREMENT_SIZE,
     SpatialPoints,
     StereoPoints,
+    TiltedCameras,
     add_calibration_noise,
     is_in_same_row,
     is_measurable,
-    triangulate,
 )
 
 ImagePair = tuple[GreyImage, GreyImage]
@@ -147,9 +146,7 @@ class TaughtPatches:
         seen = StereoPoints(names, np.hstack([template.pixels, found.points]), covariances)
         if not (is_measurable(seen, rig) & is_in_same_row(seen, self._pixel_sigma)).all():
             return None
-        camera = gravity_aligned_camera(rig.mount, *tilt)
-        noisy = add_calibration_noise(seen, self._pixel_sigma)
-        return triangulate(noisy, rig).transform(camera.rotation, camera.position)
+        return TiltedCameras(rig, tilt).spatial_points(add_calibration_noise(seen, self._pixel_sigma))
 
 
 def _align_in_both(

@@ -193,23 +193,6 @@ class JointPoints:
     is_feature: Masks
 
 
-@dataclass(frozen=True)
-class JointFit:
-    """An estimated pose.
-
-    Attributes:
-        state: x, y, z [m], yaw, roll, pitch [rad], shape (6,).
-        covariance: their covariance, shape (6, 6).
-        residuals: reprojection residuals, shape (n, 4) [px].
-        distances: Mahalanobis distances of the residuals, shape (n,).
-    """
-
-    state: Floats
-    covariance: Floats
-    residuals: Floats
-    distances: Floats
-
-
 def fit_jointly(
     points: JointPoints,
     rig: StereoRig,
@@ -217,7 +200,7 @@ def fit_jointly(
     tilt: tuple[float, float],
     settings: PlaceSettings,
     iterations: int = JOINT_ITERATIONS_MAX,
-) -> JointFit | None:
+) -> ReprojectionFit | None:
     """Fit the pose; None where the points do not determine it.
 
     Args:
@@ -257,7 +240,7 @@ def fit_jointly(
             break
     state[3] = wrap_angle(float(state[3]))
     pose = slice(0, STATE_SIZE)
-    return JointFit(state[pose], covariance[pose, pose], residuals, distances)
+    return ReprojectionFit(state[pose], covariance[pose, pose], residuals, distances)
 
 
 def _noise_scales(whitened: Floats, is_feature: Masks) -> Floats:

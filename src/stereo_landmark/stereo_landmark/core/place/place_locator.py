@@ -6,7 +6,7 @@ from enum import Enum
 
 import numpy as np
 
-from shirube_core.geometry import SE2, gravity_aligned_camera, wrap_angle
+from shirube_core.geometry import SE2, wrap_angle
 from stereo_landmark.core.arrays import Floats
 from stereo_landmark.core.place.joint_fit import ReprojectionFit, fit_reprojection, reproject
 from stereo_landmark.core.place.point_registration import (
@@ -20,10 +20,10 @@ from stereo_landmark.core.stereo import (
     SpatialPoints,
     StereoPoints,
     StereoRig,
+    TiltedCameras,
     add_calibration_noise,
     is_in_same_row,
     is_measurable,
-    triangulate,
 )
 
 
@@ -111,8 +111,7 @@ class PlaceLocator:
             observed: points with a measurable disparity.
             tilt: roll and pitch of the base [rad].
         """
-        camera = gravity_aligned_camera(self._rig.mount, *tilt)
-        return triangulate(observed, self._rig).transform(camera.rotation, camera.position)
+        return TiltedCameras(self._rig, tilt).spatial_points(observed)
 
     def locate(
         self, observed: StereoPoints, taught: SpatialPoints, tilt: tuple[float, float] = (0.0, 0.0)

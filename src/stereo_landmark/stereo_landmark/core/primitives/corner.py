@@ -72,13 +72,7 @@ class CornerTolerance:
 
 
 def corner_differences(found: Floats, taught: Floats, tolerance: CornerTolerance) -> Floats:
-    """Return the differences of detected from taught shape vectors, shape (k, n); arm lengths do not count.
-
-    Args:
-        found: shape vectors of the detected corners, shape (n, 3).
-        taught: shape vectors of the taught corners, shape (k, 3).
-        tolerance: tolerances, at which the difference is 1.
-    """
+    """Return the differences of detected, shape (n, 3), from taught shape vectors, shape (k, 3): shape (k, n)."""
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     angles = np.abs(mine[0] - theirs[0]) / tolerance.angle
     bisectors = np.abs(wrap_differences(mine[1] - theirs[1], 2.0 * math.pi)) / tolerance.bisector
@@ -87,10 +81,6 @@ def corner_differences(found: Floats, taught: Floats, tolerance: CornerTolerance
 
 def detect_corners(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Corner]:
     """Detect the corners of intersecting line segments.
-
-    Args:
-        lines: line segments of the image.
-        settings: detection settings.
 
     Returns:
         corners without duplicates, by falling arm length.

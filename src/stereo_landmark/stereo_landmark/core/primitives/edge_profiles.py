@@ -7,7 +7,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from stereo_landmark.core.arrays import Floats
-from stereo_landmark.core.primitives.edge_response import add_level_prior, interpolate_response
+from stereo_landmark.core.least_squares import invert_symmetric
+from stereo_landmark.core.primitives.edge_response import (
+    NormalEquations,
+    ProfileFits,
+    add_level_prior,
+    interpolate_response,
+)
 
 # Minimum number of pixels for two grey levels and an offset.
 _PIXELS_MIN = 8
@@ -22,8 +28,6 @@ _SHADING_TOLERANCE = 0.03
 _BIN_WIDTH = 0.5
 _BIN_COUNT = 16
 _MEAN_TOLERANCE = 0.015
-# Smallest relative determinant; a profile of one grey level, or on one side of the edge only, is singular.
-_SINGULAR_TOLERANCE = 1e-6
 # Largest standard deviation of an offset [px].
 _SIGMA_MAX = 1.0
 _QUANTIZATION_SIGMA = 12.0**-0.5
@@ -63,23 +67,6 @@ class ProfileOffsets(NamedTuple):
     blur_step: float
 
 
-class _NormalEquations(NamedTuple):
-    """Normal equations of the profiles for level, contrast, shift and blur, shape (k, 4, 4) and (k, 4)."""
-
-    normal: Floats
-    rhs: Floats
-    squares: Floats
-    pixel_counts: Floats
-
-
-class _ProfileFits(NamedTuple):
-    """Level, contrast and shift of each profile, shape (k, 3); inverse normal matrices; residual variances."""
-
-    solutions: Floats
-    inverses: Floats
-    residual_variances: Floats
-
-
 @njit(cache=True, error_model='numpy')
 def fit_edge_profiles(pixels: BandPixels, curves: Floats, count: int, core: float, is_straight: bool) -> ProfileOffsets:
     """Fit two grey levels, an offset and the blur to the pixels of each profile by least squares.
@@ -95,8 +82,8 @@ def fit_edge_profiles(pixels: BandPixels, curves: Floats, count: int, core: floa
         core: half the width of the band's core [px].
         is_straight: whether the outline is a straight line, along which grey levels change linearly.
     """
-    sums = _NormalEquations(np.zeros((count, 4, 4)), np.zeros((count, 4)), np.zeros(count), np.zeros(count))
-    fits = _ProfileFits(np.zeros((count, 3)), np.zeros((count, 3, 3)), np.full(count, np.nan))
+    sums = NormalEquations(np.zeros((count, 4, 4)), np.zeros((count, 4)), np.zeros(count), np.zeros(count))
+    fits = ProfileFits(np.zeros((count, 3)), np.zeros((count, 3, 3)), np.full(count, np.nan))
     _add_pixels(pixels, curves, core, fits, np.nan, sums)
     _solve(sums, fits)
     noise = max(np.sqrt(np.nanmedian(fits.residual_variances)), _QUANTIZATION_SIGMA)
@@ -104,16 +91,14 @@ def fit_edge_profiles(pixels: BandPixels, curves: Floats, count: int, core: floa
     _solve(sums, fits)
     if is_straight:
         noise = max(np.sqrt(np.nanmedian(fits.residual_variances)), _QUANTIZATION_SIGMA)
-        add_level_prior(
-            sums.normal, sums.rhs, sums.squares, fits.solutions, fits.inverses, fits.residual_variances, noise
-        )
+        add_level_prior(sums, fits, noise)
         _solve(sums, fits)
     return _profile_offsets(sums, fits)
 
 
 @njit(cache=True, error_model='numpy')
 def _add_pixels(
-    pixels: BandPixels, curves: Floats, core: float, fits: _ProfileFits, noise: float, sums: _NormalEquations
+    pixels: BandPixels, curves: Floats, core: float, fits: ProfileFits, noise: float, sums: NormalEquations
 ) -> None:
     """Add the pixels of the core (noise is NaN), otherwise the inlier pixels outside it."""
     response = np.empty(3)
@@ -142,7 +127,7 @@ def _add_pixels(
 
 @njit(cache=True, error_model='numpy')
 def _clear_range(
-    pixels: BandPixels, curves: Floats, core: float, fits: _ProfileFits, noise: float
+    pixels: BandPixels, curves: Floats, core: float, fits: ProfileFits, noise: float
 ) -> tuple[float, float]:
     """Return the distances to the left (negative) and to the right up to which the band is free of other edges [px].
 
@@ -172,24 +157,19 @@ def _clear_range(
 
 
 @njit(cache=True, error_model='numpy')
-def _solve(sums: _NormalEquations, fits: _ProfileFits) -> None:
+def _solve(sums: NormalEquations, fits: ProfileFits) -> None:
     for k in range(len(sums.pixel_counts)):
         fits.residual_variances[k] = np.nan
         inverse = fits.inverses[k]
-        if sums.pixel_counts[k] < _PIXELS_MIN or not _invert_3x3(sums.normal[k], inverse):
+        if sums.pixel_counts[k] < _PIXELS_MIN or not invert_symmetric(sums.normal[k, :3, :3], inverse):
             continue
-        explained = 0.0
-        for r in range(3):
-            total = 0.0
-            for c in range(3):
-                total += inverse[r, c] * sums.rhs[k, c]
-            fits.solutions[k, r] = total
-            explained += total * sums.rhs[k, r]
+        fits.solutions[k] = inverse @ sums.rhs[k, :3]
+        explained = fits.solutions[k] @ sums.rhs[k, :3]
         fits.residual_variances[k] = max(sums.squares[k] - explained, 0.0) / (sums.pixel_counts[k] - 3.0)
 
 
 @njit(cache=True, error_model='numpy')
-def _profile_offsets(sums: _NormalEquations, fits: _ProfileFits) -> ProfileOffsets:
+def _profile_offsets(sums: NormalEquations, fits: ProfileFits) -> ProfileOffsets:
     count = len(sums.pixel_counts)
     measured = ~np.isnan(fits.residual_variances)
     contrasts = fits.solutions[:, 1].copy()
@@ -209,27 +189,8 @@ def _profile_offsets(sums: _NormalEquations, fits: _ProfileFits) -> ProfileOffse
         sigma = noise * np.sqrt(inverse[2, 2]) / max(contrasts[k], 1e-9)
         sigmas[k] = sigma if sigma < _SIGMA_MAX else np.inf
         # The outline has one common blur: Schur complement of its column after eliminating the profile's unknowns.
-        blur = sums.normal[k, 3]
-        left, residual = blur[3], sums.rhs[k, 3]
-        for r in range(3):
-            residual -= blur[r] * solution[r]
-            for c in range(3):
-                left -= blur[r] * inverse[r, c] * blur[c]
+        blur = sums.normal[k, 3, :3]
+        left, residual = sums.normal[k, 3, 3] - blur @ inverse @ blur, sums.rhs[k, 3] - blur @ solution
         blur_rhs += residual * solution[1]
         blur_information += left * solution[1] ** 2
     return ProfileOffsets(offsets, sigmas, blur_rhs / blur_information)
-
-
-@njit(cache=True, error_model='numpy')
-def _invert_3x3(matrix: Floats, inverse: Floats) -> bool:
-    """Write the inverse of the upper left 3 x 3 block of a symmetric matrix; False if it is singular."""
-    for r in range(3):
-        a, b = (r + 1) % 3, (r + 2) % 3
-        for c in range(3):
-            d, e = (c + 1) % 3, (c + 2) % 3
-            inverse[c, r] = matrix[a, d] * matrix[b, e] - matrix[a, e] * matrix[b, d]
-    determinant = matrix[0, 0] * inverse[0, 0] + matrix[0, 1] * inverse[1, 0] + matrix[0, 2] * inverse[2, 0]
-    if determinant < _SINGULAR_TOLERANCE * matrix[0, 0] * matrix[1, 1] * matrix[2, 2]:
-        return False
-    inverse /= determinant
-    return True

@@ -8,6 +8,7 @@ under even light, wide at shadows or texture.
 """
 
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -98,6 +99,23 @@ def interpolate_response(curve: Floats, distance: float, response: Floats) -> No
         response[c] = curve[k, c] + fraction * (curve[k + 1, c] - curve[k, c])
 
 
+class NormalEquations(NamedTuple):
+    """Normal equations of the profiles for level, contrast, shift and blur, shape (k, 4, 4) and (k, 4)."""
+
+    normal: Floats
+    rhs: Floats
+    squares: Floats
+    pixel_counts: Floats
+
+
+class ProfileFits(NamedTuple):
+    """Level, contrast and shift of each profile, shape (k, 3); inverse normal matrices; residual variances."""
+
+    solutions: Floats
+    inverses: Floats
+    residual_variances: Floats
+
+
 _PROFILES_MIN = 4
 # A profile this many sigmas off the line is an outlier and gets no prior.
 _OUTLIER_SIGMAS = 3.5
@@ -108,26 +126,9 @@ _PRIOR_SIGMA_MIN = 0.002
 
 
 @njit(cache=True, error_model='numpy')
-def add_level_prior(
-    normal: Floats,
-    rhs: Floats,
-    squares: Floats,
-    solutions: Floats,
-    inverses: Floats,
-    residual_variances: Floats,
-    noise: float,
-) -> None:
-    """Add the prior on the grey levels to the normal equations of the profiles.
-
-    Args:
-        normal: normal matrices, shape (k, 4, 4); the first unknown is the outer level, the second the contrast.
-        rhs: right-hand sides, shape (k, 4).
-        squares: sums of squares of the observed values, shape (k,).
-        solutions: solutions of the profiles without prior, shape (k, 3).
-        inverses: inverses of their normal matrices, shape (k, 3, 3).
-        residual_variances: residual variances, NaN for unsolved profiles, shape (k,).
-        noise: standard deviation of the pixel noise [grey levels].
-    """
+def add_level_prior(sums: NormalEquations, fits: ProfileFits, noise: float) -> None:
+    """Add the prior on the grey levels to the normal equations of the profiles; ``noise`` is that of a pixel."""
+    solutions, inverses, residual_variances = fits.solutions, fits.inverses, fits.residual_variances
     solved = np.flatnonzero(~np.isnan(residual_variances))
     if len(solved) < _PROFILES_MIN:
         return
@@ -148,10 +149,10 @@ def add_level_prior(
                 continue
             k, weight = solved[m], noise**2 / (scatter + (_PRIOR_SIGMA_MIN * contrast) ** 2)
             for r in range(1 + inside):
-                rhs[k, r] += weight * expected[m]
+                sums.rhs[k, r] += weight * expected[m]
                 for c in range(1 + inside):
-                    normal[k, r, c] += weight
-            squares[k] += weight * expected[m] ** 2
+                    sums.normal[k, r, c] += weight
+            sums.squares[k] += weight * expected[m] ** 2
 
 
 @njit(cache=True, error_model='numpy')

@@ -109,13 +109,7 @@ class EllipseTolerance:
 
 
 def ellipse_differences(found: Floats, taught: Floats, tolerance: EllipseTolerance) -> Floats:
-    """Return the differences of detected from taught shape vectors, shape (k, n).
-
-    Args:
-        found: shape vectors of the detected ellipses, shape (n, 4).
-        taught: shape vectors of the taught ellipses, shape (k, 4).
-        tolerance: tolerances, at which the difference is 1.
-    """
+    """Return the differences of detected, shape (n, 4), from taught shape vectors, (k, 4), shape (k, n)."""
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     axes = np.abs(np.log(mine[:2] / theirs[:2])).max(axis=0) / math.log1p(tolerance.axes)
     roundness = mine[1] / mine[0] * theirs[1] / theirs[0]
@@ -125,10 +119,6 @@ def ellipse_differences(found: Floats, taught: Floats, tolerance: EllipseToleran
 
 def detect_ellipses(segments: Segments, settings: PrimitiveSettings) -> list[Ellipse]:
     """Detect ellipses; their outlines may be broken or partly occluded.
-
-    Args:
-        segments: segments of the image.
-        settings: detection settings.
 
     Returns:
         ellipses without duplicates, by falling length of the visible outline.

@@ -26,7 +26,6 @@ class LineSegments:
     variances: Floats
 
     def __len__(self) -> int:
-        """Return the number of line segments."""
         return len(self.support)
 
 
@@ -35,10 +34,6 @@ def fit_line_segments(segments: Segments, settings: PrimitiveSettings) -> LineSe
 
     The result has the runs, each joined pair of neighbours and each whole joined row: a row of equal panels
     has its own sides besides the line through all of them.
-
-    Args:
-        segments: segments of the image.
-        settings: detection settings.
     """
     sums = sum_moments(segments.points, segments.vertex_indices, segments.vertex_starts, settings.side_length_min)
     ends, support, variances = fit_lines(sums)

@@ -77,13 +77,7 @@ class ParallelLinesTolerance:
 
 
 def parallel_lines_differences(found: Floats, taught: Floats, tolerance: ParallelLinesTolerance) -> Floats:
-    """Return the differences of detected from taught shape vectors, shape (k, n).
-
-    Args:
-        found: shape vectors of the detected pairs, shape (n, 4).
-        taught: shape vectors of the taught pairs, shape (k, 4).
-        tolerance: tolerances, at which the difference is 1.
-    """
+    """Return the differences of detected, shape (n, 4), from taught shape vectors, (k, 4), shape (k, n)."""
     mine, theirs = found.T[:, None, :], taught.T[:, :, None]
     widths = np.abs(np.log(mine[0] / theirs[0])) / math.log1p(tolerance.width)
     lengths = np.abs(np.log(mine[1] / theirs[1])) / math.log1p(tolerance.length)
@@ -93,10 +87,6 @@ def parallel_lines_differences(found: Floats, taught: Floats, tolerance: Paralle
 
 def detect_parallel_lines(lines: LineSegments, settings: PrimitiveSettings) -> list[ParallelLines]:
     """Detect pairs of parallel, overlapping line segments.
-
-    Args:
-        lines: line segments of the image.
-        settings: detection settings.
 
     Returns:
         the pairs, by falling length.

@@ -95,13 +95,7 @@ class QuadrilateralTolerance:
 
 
 def quadrilateral_differences(found: Floats, taught: Floats, tolerance: QuadrilateralTolerance) -> Floats:
-    """Return the differences of detected from taught shape vectors, for any first corner, shape (k, n).
-
-    Args:
-        found: shape vectors of the detected quadrilaterals, shape (n, 9).
-        taught: shape vectors of the taught quadrilaterals, shape (k, 9).
-        tolerance: tolerances, at which the difference is 1.
-    """
+    """Return the differences of detected, (n, 9), from taught shape vectors, (k, 9), for any first corner, (k, n)."""
     return np.asarray(compare_corners(found, taught, math.log1p(tolerance.size), tolerance.shape))
 
 
@@ -112,10 +106,6 @@ def match_corner_order(found: Quadrilateral, taught: Quadrilateral) -> Quadrilat
 
 def detect_quadrilaterals(lines: LineSegments, settings: PrimitiveSettings) -> LazyShapes[Quadrilateral]:
     """Detect closed cycles of four line segments; corners may be occluded, sides may have gaps.
-
-    Args:
-        lines: line segments of the image.
-        settings: detection settings.
 
     Returns:
         quadrilaterals without duplicates, by falling visible fraction.

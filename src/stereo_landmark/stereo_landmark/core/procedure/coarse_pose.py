@@ -9,8 +9,8 @@ from numba import njit
 
 from stereo_landmark.core.arrays import Floats, Masks
 from stereo_landmark.core.least_squares import invert_symmetric
-from stereo_landmark.core.procedure.stereo_view import CameraView, StereoView
-from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.procedure.stereo_view import StereoView
+from stereo_landmark.core.stereo import CameraView, StereoRig
 
 DETECTED_SIGMA = 0.7
 """Standard deviation of a detected primitive before its refinement in the grey image [px]."""
@@ -141,40 +141,25 @@ def _gauss_newton(
 ) -> bool:
     """Write the fitted state (reweighted Gauss-Newton); return whether it is observable."""
     information, gradient, inverse = np.empty((4, 4)), np.empty(4), np.empty((4, 4))
-    axes, camera_position = np.empty((3, 3)), np.empty(3)
     for _ in range(ITERATIONS_MAX):
-        _write_camera_pose(state, rotation, position, axes, camera_position)
-        _write_normal_equations(
-            state, taught, covariances, seen, (axes, camera_position, intrinsics), information, gradient
-        )
+        camera = (*_camera_pose(state, rotation, position), intrinsics)
+        _write_normal_equations(state, taught, covariances, seen, camera, information, gradient)
         if not invert_symmetric(information, inverse):
             return False
-        longest = 0.0
-        for i in range(4):
-            step = 0.0
-            for j in range(4):
-                step += inverse[i, j] * gradient[j]
-            state[i] += step
-            longest = max(longest, abs(step))
-        if longest < STEP_TOLERANCE:
+        step = inverse @ gradient
+        state += step
+        if np.max(np.abs(step)) < STEP_TOLERANCE:
             break
     state[3] = (state[3] + np.pi) % (2.0 * np.pi) - np.pi
     return True
 
 
 @njit(cache=True, error_model='numpy')
-def _write_camera_pose(
-    state: Floats, rotation: Floats, position: Floats, axes: Floats, camera_position: Floats
-) -> None:
-    """Write the camera's axes, shape (3, 3), column by column, and its position in the place's frame, shape (3,)."""
+def _camera_pose(state: Floats, rotation: Floats, position: Floats) -> tuple[Floats, Floats]:
+    """Return the camera's axes, shape (3, 3), column by column, and its position in the place's frame, shape (3,)."""
     cos, sin = np.cos(state[3]), np.sin(state[3])
-    for c in range(3):
-        axes[0, c] = cos * rotation[0, c] - sin * rotation[1, c]
-        axes[1, c] = sin * rotation[0, c] + cos * rotation[1, c]
-        axes[2, c] = rotation[2, c]
-    camera_position[0] = state[0] + cos * position[0] - sin * position[1]
-    camera_position[1] = state[1] + sin * position[0] + cos * position[1]
-    camera_position[2] = state[2] + position[2]
+    turn = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return turn @ rotation, state[:3] + turn @ position
 
 
 @njit(cache=True, error_model='numpy')

@@ -11,18 +11,12 @@ import numpy as np
 from numba import njit
 
 from stereo_landmark.core.arrays import Floats, Ints, Masks
-from stereo_landmark.core.primitives.primitive import (
-    PrimitiveKind,
-    Tolerances,
-    align_point_order,
-    shape_differences,
-    shape_vectors,
-)
+from stereo_landmark.core.primitives.primitive import PrimitiveKind, Tolerances, shape_differences, shape_vectors
 from stereo_landmark.core.primitives.quadrilateral_kernels import order_corner_pairs
 from stereo_landmark.core.procedure.coarse_pose import fit_coarse_pose, predict_pixels
-from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, NamedPair, StereoView
+from stereo_landmark.core.procedure.stereo_view import DetectedPrimitives, NamedPair, StereoView, align_pair
 from stereo_landmark.core.procedure.taught_place import TaughtPrimitive, TaughtTarget
-from stereo_landmark.core.stereo import SpatialPoints, StereoRig
+from stereo_landmark.core.stereo import SpatialPoints
 
 
 @dataclass(frozen=True)
@@ -85,7 +79,7 @@ def _find_candidates(taught: TaughtPrimitive, similar: Ints, view: StereoView, d
     right = view.match_indices(taught.kind)[similar]
     left, right = similar[right >= 0], right[right >= 0]
     pixels = np.column_stack([here.centres[left], there.centres[right]])
-    points = _triangulate(pixels, view.rig)
+    points = view.rig.back_project(pixels)
     kept = (points[:, 2] >= depths[0]) & (points[:, 2] <= depths[1])
     positions = points[kept] @ view.camera.rotation.T + view.camera.position
     left, right, pixels = left[kept], right[kept], pixels[kept]
@@ -102,13 +96,26 @@ def _invariant_points(taught: TaughtPrimitive, left: Ints, right: Ints, view: St
     return np.asarray(corners + centres[:, None])
 
 
-def _triangulate(pixels: Floats, rig: StereoRig) -> Floats:
-    """Triangulate u, v left and u, v right, shape (n, 4) [px], into the left optical frame, shape (n, 3) [m]."""
-    left = rig.left
-    z = left.fx * rig.baseline / ((pixels[:, 0] - left.cx) - (pixels[:, 2] - rig.right.cx))
-    x = (pixels[:, 0] - left.cx) / left.fx * z
-    y = (0.5 * (pixels[:, 1] + pixels[:, 3]) - left.cy) / left.fy * z
-    return np.column_stack([x, y, z])
+def fit_points(
+    start: Floats, taught: Sequence[SpatialPoints], seen: dict[int, Floats], view: StereoView
+) -> Floats | None:
+    """Fit the pose to points of some of the taught primitives, each of shape (p, 4) [px]; None if not observable."""
+    if not seen:
+        return None
+    positions = np.concatenate([taught[k].positions for k in seen])
+    covariances = np.concatenate([taught[k].covariances for k in seen])
+    return fit_coarse_pose(start, positions, covariances, np.concatenate(list(seen.values())), view)
+
+
+def named_pairs(target: TaughtTarget, matched: dict[int, tuple[int, int]], view: StereoView) -> list[NamedPair]:
+    """Return the primitives of both images that are matched to some of the target's primitives, by their indices."""
+    pairs: list[NamedPair] = []
+    for k, (left, right) in matched.items():
+        taught = target.primitives[k]
+        here, there = view.detected_pair(taught.kind)
+        pair = align_pair(taught.shape, here.primitives[left], there.primitives[right])
+        pairs.append((f'{target.name}/{taught.name}', *pair))
+    return pairs
 
 
 @dataclass(frozen=True)
@@ -175,33 +182,26 @@ class GuidedMatcher:
             state: initial state, shape (4,).
             chosen: candidate indices from `match`, shape (k, 2).
         """
-        indices = np.flatnonzero(chosen[:, 0] >= 0).tolist()
-        if not indices:
-            return None
-        seen = [np.hstack([self._candidates[side][k].points[chosen[k, side]] for side in range(2)]) for k in indices]
-        positions = np.concatenate([self._points[k].positions for k in indices])
-        covariances = np.concatenate([self._points[k].covariances for k in indices])
-        return fit_coarse_pose(state, positions, covariances, np.concatenate(seen), self._view)
+        seen = {
+            k: np.hstack([self._candidates[side][k].points[chosen[k, side]] for side in range(2)])
+            for k in np.flatnonzero(chosen[:, 0] >= 0).tolist()
+        }
+        return fit_points(state, self._points, seen, self._view)
 
     def pairs(self, chosen: Ints) -> list[NamedPair]:
         """Return the matched primitives of both images; ``chosen`` as in `fit`."""
-        pairs: list[NamedPair] = []
-        for k, taught in enumerate(self._target.primitives):
-            if chosen[k, 0] >= 0:
-                left, right = (
-                    detected.primitives[self._candidates[side][k].indices[chosen[k, side]]]
-                    for side, detected in enumerate(self._view.detected_pair(taught.kind))
-                )
-                name = f'{self._target.name}/{taught.name}'
-                pairs.append((name, align_point_order(left, taught.shape), align_point_order(right, taught.shape)))
-        return pairs
+        matched = {
+            k: (self._candidates[0][k].indices[left], self._candidates[1][k].indices[right])
+            for k, (left, right) in enumerate(chosen.tolist())
+            if left >= 0
+        }
+        return named_pairs(self._target, matched, self._view)
 
     def _depths(self, states: Floats) -> Floats:
         """Return the depths of the primitives, shape (h, k) [m]."""
         pixels = predict_pixels(states, self._centres, self._view)
         rig = self._view.rig
-        disparities = (pixels[..., 0] - rig.left.cx) - (pixels[..., 2] - rig.right.cx)
-        return np.asarray(rig.left.fx * rig.baseline / disparities)
+        return np.asarray(rig.left.fx * rig.baseline / rig.disparities(pixels))
 
 
 def _candidates(

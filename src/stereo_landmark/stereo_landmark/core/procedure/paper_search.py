@@ -23,7 +23,7 @@ from stereo_landmark.core.procedure.procedure_tree import (
     WindowDetector,
 )
 from stereo_landmark.core.procedure.stereo_matching import ROW_DIFFERENCE_MAX
-from stereo_landmark.core.procedure.stereo_view import NamedPair, TiltedCameras, align_pair, refine_pair, stereo_points
+from stereo_landmark.core.procedure.stereo_view import NamedPair, align_pair, refine_pair, stereo_points
 from stereo_landmark.core.procedure.target_search import (
     DISTINCT_POSE_DISTANCE,
     NoDetectionReason,
@@ -34,7 +34,7 @@ from stereo_landmark.core.procedure.target_search import (
 )
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget
 from stereo_landmark.core.settings import SearchSettings
-from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, is_measurable
+from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, TiltedCameras, is_measurable
 
 
 class _Candidate(NamedTuple):
@@ -47,12 +47,7 @@ class _Candidate(NamedTuple):
 
 
 class PaperSearch:
-    """Searches the targets of one place as the paper does.
-
-    Args:
-        place: taught place.
-        settings: search settings.
-    """
+    """Searches the targets of one place as the paper does."""
 
     def __init__(self, place: TaughtPlace, settings: SearchSettings) -> None:
         self._place, self._settings = place, settings

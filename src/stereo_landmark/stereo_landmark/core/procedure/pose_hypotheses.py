@@ -63,14 +63,15 @@ def generate_hypotheses(
     yaws = np.arange(-settings.yaw_max, settings.yaw_max + 0.5 * YAW_STEP, YAW_STEP)
     count_min = math.ceil(max(1.0, settings.found_fraction_min * len(positions)) - 1e-9)
     starts = np.cumsum([0, *(len(found) for found in candidates)])
-    centres = np.concatenate([np.empty((0, 3)), *(found.centres for found in candidates)])
-    order = np.concatenate([np.argsort(found.centres[:, 1], kind='stable') for found in candidates])
+    by_row = [np.argsort(found.centres[:, 1], kind='stable') for found in candidates]
+    centres = np.concatenate([found.centres[order] for found, order in zip(candidates, by_row, strict=True)])
+    columns, order = np.ascontiguousarray(centres.T), np.concatenate(by_row)
     generated: list[_Hypotheses] = []
     for path, found in enumerate(candidates):
         states = poses_from_match(positions[path], found.positions, yaws).reshape(-1, 4)
         states = states[np.hypot(states[:, 0], states[:, 1]) <= settings.distance_max]
         pixels = predict_pixels(states, positions, view)
-        matches, misfits = _match(pixels, starts, centres, order, path, settings.window, count_min)
+        matches, misfits = _match(pixels, starts, columns, order, path, settings.window, count_min)
         kept = np.flatnonzero(misfits < math.inf)
         generated.append((states[kept], matches[kept], misfits[kept], np.full(len(kept), path)))
     states, matches, misfits, paths = (np.concatenate(parts) for parts in zip(*generated, strict=True))
@@ -108,14 +109,14 @@ def _match(
 ) -> tuple[Ints, Floats]:
     """Return the candidate of each primitive in its window, shape (h, k), -1 without one, and the mean misfit, (h,).
 
-    Predicted pixels have the shape (h, k, 4), candidates (u, v left and u right) the shape (n, 3), with ``starts`` of
-    each primitive, shape (k + 1,), and their ``order`` by v; poses with too few matches have an infinite misfit.
+    Predicted pixels have the shape (h, k, 4). Candidates (u, v left and u right) have the shape (3, n), with ``starts``
+    of each primitive, shape (k + 1,), by rising v; ``order`` has their indices, shape (n,). Poses with too few matches
+    have an infinite misfit.
     """
     count = pixels.shape[1]
     matches = np.full(pixels.shape[:2], -1)
     misfits = np.full(len(pixels), np.inf)
-    sorted_centres, firsts = _sort_by_row(starts, centres, order)
-    squared_distances = np.empty(len(centres))
+    squared_distances = np.empty(len(order))
     # The primitive with the fewest candidates is tested first: it rejects wrong poses earliest.
     rare_first = np.argsort(np.diff(starts), kind='mergesort')
     for h in range(len(pixels)):
@@ -126,9 +127,8 @@ def _match(
             k = rare_first[rank]
             du, dv = pixels[h, k, 0] - pixels[h, path, 0], pixels[h, k, 1] - pixels[h, path, 1]
             radius = window + WINDOW_GROWTH * np.sqrt(du * du + dv * dv)
-            i, apart = _nearest(
-                pixels[h, k], sorted_centres, firsts[k], starts[k + 1], order, radius, squared_distances
-            )
+            own = slice(starts[k], starts[k + 1])
+            i, apart = _nearest(pixels[h, k], centres[:, own], order[own], radius, squared_distances)
             if i >= 0:
                 matches[h, k] = i
                 found += 1
@@ -139,44 +139,15 @@ def _match(
 
 
 @njit(cache=True, error_model='numpy')
-def _sort_by_row(starts: Ints, centres: Floats, order: Ints) -> tuple[Floats, Ints]:
-    """Sort the candidates of each primitive by ascending v, and index the first one at or below each pixel row.
-
-    Returns:
-        sorted centres, shape (3, n), and first indices, shape (k, rows).
-    """
-    count = len(starts) - 1
-    ordered = np.empty((3, len(centres)))
-    for k in range(count):
-        for i in range(starts[k], starts[k + 1]):
-            ordered[:, i] = centres[starts[k] + order[i]]
-    rows = int(max(np.max(centres[:, 1]), 0.0)) + 2 if len(centres) else 1
-    firsts = np.empty((count, rows), np.int64)
-    for k in range(count):
-        i = starts[k]
-        for row in range(rows):
-            while i < starts[k + 1] and ordered[1, i] < row:
-                i += 1
-            firsts[k, row] = i
-        firsts[k, 0] = starts[k]
-    return ordered, firsts
-
-
-@njit(cache=True, error_model='numpy')
 def _nearest(
-    expected: Floats, centres: Floats, firsts: Ints, end: int, order: Ints, radius: float, squared_distances: Floats
+    expected: Floats, centres: Floats, order: Ints, radius: float, squared_distances: Floats
 ) -> tuple[int, float]:
     """Return index and distance [px] of the candidate nearest to a predicted pixel; -1 if none is within the radius.
 
-    Candidates have the shape (3, n), by ascending v; ``firsts``: first one of each pixel row, see `_sort_by_row`.
+    Candidates have the shape (3, n), by rising v; NaN matches nothing.
     """
-    top, bottom = max(expected[1] - radius, 0.0), expected[1] + radius + 1.0
-    # False for NaN, which matches nothing.
-    if not (top < len(firsts) and bottom >= 0.0):
-        return -1, radius
-    begin = firsts[int(top)]
-    if bottom < len(firsts):
-        end = firsts[int(bottom)]
+    begin = np.searchsorted(centres[1], expected[1] - radius)
+    end = np.searchsorted(centres[1], expected[1] + radius, side='right')
     smallest = _write_squared_distances(
         expected, centres[0, begin:end], centres[1, begin:end], centres[2, begin:end], squared_distances
     )

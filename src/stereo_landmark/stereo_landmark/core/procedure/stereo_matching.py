@@ -150,14 +150,8 @@ def _support(
 @njit(cache=True, error_model='numpy')
 def _group_starts(left_indices: Ints) -> Ints:
     """Return the first pair of each left primitive, followed by the number of pairs."""
-    group_starts = np.empty(len(left_indices) + 1, np.int64)
-    count = 0
-    for p in range(len(left_indices)):
-        if p == 0 or left_indices[p] != left_indices[p - 1]:
-            group_starts[count] = p
-            count += 1
-    group_starts[count] = len(left_indices)
-    return group_starts[: count + 1]
+    changes = np.flatnonzero(left_indices[1:] != left_indices[:-1]) + 1
+    return np.concatenate((np.array([0]), changes, np.array([len(left_indices)])))
 
 
 @njit(cache=True, error_model='numpy')

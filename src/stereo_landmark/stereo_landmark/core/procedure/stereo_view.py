@@ -3,12 +3,10 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from shirube_core.geometry import SE3, gravity_aligned_camera
 from stereo_landmark.core.arrays import Floats, GreyImage, Ints, Masks
 from stereo_landmark.core.edges.edges import Segments, extract_edges, trace_segments
 from stereo_landmark.core.primitives.corner import detect_corners
@@ -28,7 +26,7 @@ from stereo_landmark.core.primitives.primitive import (
 from stereo_landmark.core.primitives.quadrilateral import detect_quadrilaterals
 from stereo_landmark.core.primitives.shape import LazyShapes
 from stereo_landmark.core.procedure.stereo_matching import candidate_pairs, is_contested, mutual_best, neighbour_support
-from stereo_landmark.core.stereo import MEASUREMENT_SIZE, SpatialPoints, StereoPoints, StereoRig, triangulate
+from stereo_landmark.core.stereo import MEASUREMENT_SIZE, CameraView, StereoPoints, StereoRig
 
 
 @dataclass(frozen=True)
@@ -129,37 +127,8 @@ SUPPORT_WEIGHTS = {
 """Support weight of a primitive for its neighbours: many corners are visible in one camera only."""
 
 
-class CameraView(Protocol):
-    """The part of a stereo view that predictions need: its cameras."""
-
-    @property
-    def rig(self) -> StereoRig:
-        """Stereo cameras."""
-
-    @property
-    def camera(self) -> SE3:
-        """Left camera in the gravity-aligned base frame."""
-
-
 @dataclass(frozen=True)
-class TiltedCameras:
-    """The cameras at the tilt of a pair: roll and pitch of the base [rad]."""
-
-    rig: StereoRig
-    tilt: tuple[float, float] = (0.0, 0.0)
-
-    @cached_property
-    def camera(self) -> SE3:
-        """Left camera in the gravity-aligned base frame."""
-        return gravity_aligned_camera(self.rig.mount, *self.tilt)
-
-    def spatial_points(self, points: StereoPoints) -> SpatialPoints:
-        """Triangulate points into the gravity-aligned base frame."""
-        return triangulate(points, self.rig).transform(self.camera.rotation, self.camera.position)
-
-
-@dataclass(frozen=True)
-class StereoView:
+class StereoView(CameraView):
     """Detected primitives of both images.
 
     Attributes:
@@ -173,11 +142,6 @@ class StereoView:
     right: DetectedScene
     rig: StereoRig
     tilt: tuple[float, float] = (0.0, 0.0)
-
-    @cached_property
-    def camera(self) -> SE3:
-        """Left camera in the gravity-aligned base frame."""
-        return gravity_aligned_camera(self.rig.mount, *self.tilt)
 
     def detected_pair(self, kind: PrimitiveKind) -> tuple[DetectedPrimitives, DetectedPrimitives]:
         """Return the primitives of a kind in the left and in the right image."""
@@ -221,8 +185,8 @@ class StereoView:
 
     def _disparities(self, kind: PrimitiveKind, indices: Ints) -> Floats:
         here, there = self.detected_pair(kind)
-        left, right = here.centres[indices[:, 0], 0], there.centres[indices[:, 1], 0]
-        return np.asarray((left - self.rig.left.cx) - (right - self.rig.right.cx))
+        pixels = np.hstack([here.centres[indices[:, 0]], there.centres[indices[:, 1]]])
+        return self.rig.disparities(pixels)
 
 
 def match_pairs(
@@ -276,11 +240,7 @@ def refine_pair(
 
 
 def stereo_points(pairs: Iterable[NamedPair]) -> StereoPoints:
-    """Return the invariant points of primitives, named ``primitive/point``.
-
-    Args:
-        pairs: primitives whose points correspond in both images.
-    """
+    """Return the invariant points of primitives, which correspond in both images, named ``primitive/point``."""
     names: list[str] = []
     pixels: list[np.ndarray] = []
     covariances: list[np.ndarray] = []

@@ -10,20 +10,19 @@ import numpy as np
 
 from stereo_landmark.core.arrays import Floats, Ints, Masks
 from stereo_landmark.core.primitives.primitive import bounding_box, point_names
-from stereo_landmark.core.procedure.coarse_pose import fit_coarse_pose, image_distances, predict_pixels
-from stereo_landmark.core.procedure.guided_matching import GuidedMatcher, StereoCandidates, find_stereo_candidates
-from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, PoseScorer, generate_hypotheses
-from stereo_landmark.core.procedure.stereo_view import (
-    CameraView,
-    NamedPair,
-    StereoView,
-    align_pair,
-    refine_pair,
-    stereo_points,
+from stereo_landmark.core.procedure.coarse_pose import image_distances, predict_pixels
+from stereo_landmark.core.procedure.guided_matching import (
+    GuidedMatcher,
+    StereoCandidates,
+    find_stereo_candidates,
+    fit_points,
+    named_pairs,
 )
+from stereo_landmark.core.procedure.pose_hypotheses import PoseHypothesis, PoseScorer, generate_hypotheses
+from stereo_landmark.core.procedure.stereo_view import NamedPair, StereoView, refine_pair, stereo_points
 from stereo_landmark.core.procedure.taught_place import TaughtPlace, TaughtPrimitive, TaughtTarget, centre_correction
 from stereo_landmark.core.settings import SearchSettings
-from stereo_landmark.core.stereo import SpatialPoints, StereoPoints
+from stereo_landmark.core.stereo import CameraView, SpatialPoints, StereoPoints
 
 
 @dataclass(frozen=True)
@@ -104,12 +103,7 @@ class TargetSearch:
         self._expected = [*targets, *place.context_landmarks]
 
     def search(self, target: TaughtTarget, view: StereoView) -> TargetDetection | NoTargetDetection:
-        """Search a target (paper 3.4, figs 6 to 8).
-
-        Args:
-            target: target of the place.
-            view: stereo view with the place's kinds of primitives.
-        """
+        """Search a target (paper 3.4, figs 6 to 8)."""
         tolerances, positions = self._place.processing.tolerances, target.positions
         # 1. Candidates of each primitive: similar shapes in both images at a possible depth.
         depths = self._depth_ranges(positions, view)
@@ -223,11 +217,8 @@ def _fit_pose(
     view: StereoView,
 ) -> Floats | None:
     """Fit the pose to the matched primitives as detected; None if it is not observable."""
-    matched = [(k, i) for k, i in enumerate(hypothesis.matches.tolist()) if i >= 0]
-    positions = np.concatenate([taught[k].positions for k, _ in matched])
-    covariances = np.concatenate([taught[k].covariances for k, _ in matched])
-    observed = np.concatenate([candidates[k].points[i] for k, i in matched])
-    return fit_coarse_pose(hypothesis.state, positions, covariances, observed, view)
+    seen = {k: candidates[k].points[i] for k, i in enumerate(hypothesis.matches.tolist()) if i >= 0}
+    return fit_points(hypothesis.state, taught, seen, view)
 
 
 def target_regions(target: TaughtTarget, view: CameraView, state: Floats) -> tuple[Masks, Masks]:
@@ -241,8 +232,7 @@ def target_regions(target: TaughtTarget, view: CameraView, state: Floats) -> tup
     camera = view.rig.left
     centres = predict_pixels(state[None], target.positions, view)[0]
     taught = predict_pixels(np.zeros((1, 4)), target.positions, view)[0]
-    disparities = [each[:, 0] - each[:, 2] - camera.cx + view.rig.right.cx for each in (centres, taught)]
-    growths = disparities[0] / disparities[1]
+    growths = view.rig.disparities(centres) / view.rig.disparities(taught)
     masks = np.zeros((2, camera.height, camera.width), dtype=np.bool_)
     for primitive, centre, growth in zip(target.primitives, centres, growths, strict=True):
         reach = REGION_GROWTH * growth * (bounding_box(primitive.shape) - primitive.shape.centre)
@@ -268,10 +258,5 @@ def _matched_pairs(
     target: TaughtTarget, matched: Ints, candidates: Sequence[StereoCandidates], view: StereoView
 ) -> list[NamedPair]:
     """Return the primitives of both images that a hypothesis matched."""
-    pairs: list[NamedPair] = []
-    for taught, found, i in zip(target.primitives, candidates, matched.tolist(), strict=True):
-        if i >= 0:
-            here, there = view.detected_pair(taught.kind)
-            left, right = here.primitives[found.left[i]], there.primitives[found.right[i]]
-            pairs.append((f'{target.name}/{taught.name}', *align_pair(taught.shape, left, right)))
-    return pairs
+    found = {k: (candidates[k].left[i], candidates[k].right[i]) for k, i in enumerate(matched.tolist()) if i >= 0}
+    return named_pairs(target, found, view)

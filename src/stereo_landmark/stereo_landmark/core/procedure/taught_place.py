@@ -19,8 +19,7 @@ from stereo_landmark.core.primitives.primitive import (
     primitive_kind,
     primitive_size,
 )
-from stereo_landmark.core.procedure.stereo_view import CameraView
-from stereo_landmark.core.stereo import SpatialPoints, StereoImages, StereoRig
+from stereo_landmark.core.stereo import CameraView, SpatialPoints, StereoImages, StereoRig
 
 
 @dataclass(frozen=True)

@@ -59,13 +59,6 @@ def propose_place(
 ) -> DriveProposal:
     """Propose a place from the pairs of a drive.
 
-    Args:
-        name: name of the place.
-        count: number of pairs.
-        images: returns the rectified pair of a number.
-        rig: stereo cameras.
-        settings: settings of the localizer that will use the place.
-
     Raises:
         StereoLandmarkError: too little in view can be measured, or is found again.
     """

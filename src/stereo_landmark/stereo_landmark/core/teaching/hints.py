@@ -253,19 +253,13 @@ def find_skewed_shapes(shapes: Mapping[str, Primitive], coordinates: SpatialPoin
 
 def _skew(corners: SpatialPoints) -> tuple[float, tuple[float, float]]:
     """Return the skew, above 1 for anything but a rectangle, and the lengths of the opposite sides [m]."""
-    sides = [_side(corners, k) for k in range(4)]
-    worst = 0.0, (0.0, 0.0)
-    for (one, variance), (other, other_variance) in zip(sides[:2], sides[2:], strict=True):
-        gap = abs(one - other)
-        skew = min(gap / (SKEW_MAX * max(one, other)), gap / (SKEW_SIGMAS * float(np.sqrt(variance + other_variance))))
-        worst = max(worst, (skew, (one, other)))
-    return worst
-
-
-def _side(corners: SpatialPoints, k: int) -> tuple[float, float]:
-    """Return the length of a side [m] and its variance [m²]."""
-    other = (k + 1) % 4
-    side = corners.positions[other] - corners.positions[k]
-    length = float(np.linalg.norm(side))
-    along = side / length
-    return length, float(along @ (corners.covariances[k] + corners.covariances[other]) @ along)
+    sides = np.roll(corners.positions, -1, axis=0) - corners.positions
+    lengths = np.linalg.norm(sides, axis=1)
+    along = sides / lengths[:, None]
+    covariances = corners.covariances + np.roll(corners.covariances, -1, axis=0)
+    variances = np.einsum('ni,nij,nj->n', along, covariances, along)
+    (one, other), (variance, other_variance) = lengths.reshape(2, 2), variances.reshape(2, 2)
+    gaps, sigmas = np.abs(one - other), np.sqrt(variance + other_variance)
+    skews = np.minimum(gaps / (SKEW_MAX * np.maximum(one, other)), gaps / (SKEW_SIGMAS * sigmas))
+    worst = int(skews.argmax())
+    return float(skews[worst]), (float(one[worst]), float(other[worst]))

@@ -50,15 +50,7 @@ def check_procedure(
     view: StereoView,
     settings: SearchSettings,
 ) -> Iterator[TrialRun]:
-    """Yield the outcomes with nothing hidden, with each primitive hidden, and with the first ones of the order hidden.
-
-    Args:
-        place: place with the target.
-        target: tested target.
-        pairs: primitives of the target in both images.
-        view: stereo view used for teaching.
-        settings: search settings.
-    """
+    """Yield the outcomes with nothing hidden, with each primitive hidden, and with the first ones hidden."""
     names = [primitive.name for primitive in target.primitives]
     trials: list[tuple[str, ...]] = [(), *((name,) for name in names)]
     hidden_max = int(len(names) * (1.0 - settings.found_fraction_min))

@@ -35,7 +35,6 @@ from stereo_landmark.core.stereo import (
     add_calibration_noise,
     is_in_same_row,
     is_measurable,
-    triangulate,
 )
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection, find_same
@@ -158,9 +157,7 @@ class Teacher:
         too_far = np.flatnonzero(~is_measurable(points, self.view.rig))
         if len(too_far):
             raise StereoLandmarkError(f'{points.names[too_far[0]]} is too far away to be measured; exclude it')
-        camera = self.view.camera
-        points = add_calibration_noise(points, self._pixel_sigma)
-        return triangulate(points, self.view.rig).transform(camera.rotation, camera.position)
+        return self.view.spatial_points(add_calibration_noise(points, self._pixel_sigma))
 
     def teach(self, name: str, selections: Sequence[TargetSelection], T_map_place: SE2 | None = None) -> TaughtPlace:
         """Return the taught place.

@@ -8,6 +8,7 @@ import numpy as np
 from stereo_landmark.core.arrays import GreyImage
 from stereo_landmark.core.edges.edges import Segments, extract_edges, trace_segments
 from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer, NoLandmarkFix
+from stereo_landmark.core.pair.camera_pair import check_size
 from stereo_landmark.core.primitives.primitive import ImageProcessing, Primitive, PrimitiveKind
 from stereo_landmark.core.procedure.stereo_view import StereoView, detect_scene
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
@@ -235,7 +236,8 @@ class TeachingSession:
         key = state.pair, state.processing
         if key not in self._teachers:
             images = self.images
-            _check_size(images, self.rig)
+            check_size(images.left, self.rig.left, 'the left image')
+            check_size(images.right, self.rig.right, 'the right image')
             left, right = (detect_scene(image, state.processing) for image in (images.left, images.right))
             view = StereoView(left, right, self.rig, images.tilt)
             self._teachers[key] = Teacher(view, state.processing)
@@ -249,15 +251,5 @@ def _depth(view: StereoView, kind: PrimitiveKind, number: int) -> float | None:
     if match < 0:
         return None
     here, there = view.detected_pair(kind)
-    left, right = view.rig.left, view.rig.right
-    disparity = (here.centres[number, 0] - left.cx) - (there.centres[match, 0] - right.cx)
-    return float(left.fx * view.rig.baseline / disparity)
-
-
-def _check_size(images: StereoImages, rig: StereoRig) -> None:
-    for name, image in (('left', images.left), ('right', images.right)):
-        if image.shape != (rig.left.height, rig.left.width):
-            raise StereoLandmarkError(
-                f'the {name} image is {image.shape[1]} x {image.shape[0]} px, the calibration is for '
-                f'{rig.left.width} x {rig.left.height} px; calibrate at the resolution in use'
-            )
+    pixels = np.concatenate([here.centres[number], there.centres[match]])
+    return float(view.rig.left.fx * view.rig.baseline / view.rig.disparities(pixels))

@@ -142,6 +142,9 @@ class CommandAuthorizer:
         store: persistent counters; commands are rejected if it cannot be read or written.
         positions: position x, y of each beacon in the map [m].
         settings: authorization settings.
+
+    Attributes:
+        permanent_rejection: rejection of all commands that requires action by the user, or None.
     """
 
     def __init__(
@@ -158,25 +161,20 @@ class CommandAuthorizer:
         self._lockout = Lockout(settings.bad_macs_max, settings.lockout_time)
         self.reset_position()
         self._counters = Counters()
-        self._permanent_rejection: Rejected | None = None
+        self.permanent_rejection: Rejected | None = None
         if key is None:
             message = 'commands are rejected: no key; set the parameter key_file'
-            self._permanent_rejection = Rejected(RejectionReason.NO_KEY, message)
+            self.permanent_rejection = Rejected(RejectionReason.NO_KEY, message)
             return
         try:
             self._counters = store.read()
         except VlcBeaconError as error:
-            self._permanent_rejection = _counters_lost(error)
+            self.permanent_rejection = _counters_lost(error)
 
     def apply_settings(self, settings: AuthorizationSettings) -> None:
         """Use other settings; counters, lockout and visits are kept."""
         self._settings = settings
         self._visits.radius = settings.zone_radius
-
-    @property
-    def permanent_rejection(self) -> Rejected | None:
-        """Rejection of all commands that requires action by the user, or None."""
-        return self._permanent_rejection
 
     def reset_position(self) -> None:
         """Reset the robot's position and visits after a jump back in time; the counters are kept."""
@@ -198,8 +196,8 @@ class CommandAuthorizer:
             sender: confirmed ID of the sending lamp, None if unconfirmed.
             stamp: current time [s].
         """
-        if self._permanent_rejection is not None:
-            return self._permanent_rejection
+        if self.permanent_rejection is not None:
+            return self.permanent_rejection
         command = packet.command
         return (
             self._check_sender(packet, sender, stamp)

@@ -33,7 +33,6 @@ class LampBlobs:
     backgrounds: NDArray[np.float64]
 
     def __len__(self) -> int:
-        """Return the number of blobs."""
         return len(self.centroids)
 
 

@@ -79,7 +79,6 @@ class SplitAxis:
     """
 
     def __init__(self) -> None:
-        """Start without an axis."""
         self._scatter = np.zeros((2, 2))
         self._power = 0.0
         self._frames = 0

@@ -7,11 +7,9 @@ halo can then be used as well, and the end of the lamp is not mistaken for a dar
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 
@@ -103,7 +101,6 @@ def row_profile(
     return int(top) + begin, fractions[begin:end]
 
 
-@njit(cache=True)
 def _row_fractions(
     window: NDArray[np.uint8], u: float, v: float, extent: float, background: float, step: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -118,89 +115,33 @@ def _row_fractions(
         background: brightness of the background [grey levels].
         step: distance between sampled columns [px].
     """
-    profile = _initial_profile(window, u, v, extent, background, step)
-    rows = len(window)
-    fractions, peaks, powers = np.zeros(rows), np.zeros(rows), np.zeros(rows)
+    levels = window[:, ::step] - background
+    columns, rows = np.arange(0, window.shape[1], step) - u, np.arange(len(window)) - v
+    positions = RINGS_PER_PIXEL * np.hypot(columns, rows[:, None])
+    count = int(RINGS_PER_PIXEL * extent) + 2
+    rings = np.minimum(positions.astype(np.int64), count - 2)
+    # Shares of the inner and the outer ring next to each pixel; none beyond the profile.
+    inside = positions < count - 1
+    shares = np.where(inside, 1.0 - positions + rings, 0.0), np.where(inside, positions - rings, 0.0)
+    # A darker ring is in a dark band: the profile decreases outwards.
+    profile = np.zeros(count)
+    nearest = (positions + 0.5).astype(np.int64)
+    np.maximum.at(profile, nearest[nearest < count], levels[nearest < count])
     for _ in range(ITERATIONS):
-        _fit_rows(window, u, v, background, step, profile, fractions, peaks, powers)
+        profile = np.maximum.accumulate(profile[::-1])[::-1]
+        # Rows for a known profile.
+        full = shares[0] * profile[rings] + shares[1] * profile[rings + 1]
+        peaks, powers = full.max(axis=1), (full**2).sum(axis=1)
+        fractions = np.where(peaks >= LEVELS_MIN, (full * levels).sum(axis=1) / np.maximum(powers, 1e-9), 0.0)
         if not fractions.max() > 0.0:
             break
         fractions /= fractions.max()
-        _fit_profile(window, u, v, background, step, profile, fractions)
+        # Profile for known rows; dark rings keep their values.
+        lit = np.maximum(fractions, 0.0)[:, None]
+        light, weights = np.zeros(count), np.zeros(count)
+        for side, share in enumerate(shares):
+            numbers, weight = (rings + side).ravel(), share * lit
+            light += np.bincount(numbers, (weight * levels).ravel(), count)
+            weights += np.bincount(numbers, (weight * lit).ravel(), count)
+        profile = np.where(weights > WEIGHT_MIN, light / np.maximum(weights, WEIGHT_MIN), profile)
     return fractions, peaks, powers
-
-
-@njit(cache=True)
-def _fit_rows(
-    window: NDArray[np.uint8],
-    u: float,
-    v: float,
-    background: float,
-    step: int,
-    profile: NDArray[np.float64],
-    fractions: NDArray[np.float64],
-    peaks: NDArray[np.float64],
-    powers: NDArray[np.float64],
-) -> None:
-    """Set the outputs of `_row_fractions` for a known profile."""
-    for row in range(len(window)):
-        light, powers[row], peaks[row] = 0.0, 0.0, 0.0
-        for column in range(0, window.shape[1], step):
-            ring_position = RINGS_PER_PIXEL * math.hypot(column - u, row - v)
-            ring = int(ring_position)
-            if ring + 1 < len(profile):
-                full = profile[ring] + (ring_position - ring) * (profile[ring + 1] - profile[ring])
-                light += full * (window[row, column] - background)
-                powers[row] += full**2
-                peaks[row] = max(peaks[row], full)
-        fractions[row] = light / powers[row] if peaks[row] >= LEVELS_MIN else 0.0
-
-
-@njit(cache=True)
-def _fit_profile(
-    window: NDArray[np.uint8],
-    u: float,
-    v: float,
-    background: float,
-    step: int,
-    profile: NDArray[np.float64],
-    fractions: NDArray[np.float64],
-) -> None:
-    """Fit the profile to known rows; dark rings keep their values."""
-    light, weights = np.zeros(len(profile)), np.zeros(len(profile))
-    for row in range(len(window)):
-        if fractions[row] > 0.0:
-            for column in range(0, window.shape[1], step):
-                ring_position = RINGS_PER_PIXEL * math.hypot(column - u, row - v)
-                ring = int(ring_position)
-                if ring + 1 < len(profile):
-                    for side in (0, 1):
-                        weight = abs(1 - side - (ring_position - ring)) * fractions[row]
-                        light[ring + side] += weight * (window[row, column] - background)
-                        weights[ring + side] += weight * fractions[row]
-    for ring in range(len(profile)):
-        if weights[ring] > WEIGHT_MIN:
-            profile[ring] = light[ring] / weights[ring]
-    _enforce_monotonic(profile)
-
-
-@njit(cache=True)
-def _initial_profile(
-    window: NDArray[np.uint8], u: float, v: float, extent: float, background: float, step: int
-) -> NDArray[np.float64]:
-    """Return the maximum of each ring around the centre, shape (rings,) [grey levels]."""
-    profile = np.zeros(int(RINGS_PER_PIXEL * extent) + 2)
-    for row in range(len(window)):
-        for column in range(0, window.shape[1], step):
-            ring = int(RINGS_PER_PIXEL * math.hypot(column - u, row - v) + 0.5)
-            if ring < len(profile):
-                profile[ring] = max(profile[ring], window[row, column] - background)
-    _enforce_monotonic(profile)
-    return profile
-
-
-@njit(cache=True)
-def _enforce_monotonic(profile: NDArray[np.float64]) -> None:
-    """Make the profile monotonically decreasing outwards; a darker ring is in a dark band."""
-    for ring in range(len(profile) - 2, -1, -1):
-        profile[ring] = max(profile[ring], profile[ring + 1])

@@ -44,14 +44,7 @@ AMBIGUOUS_MAX_ID = 1
 
 
 class SymbolReceiver:
-    """Symbol receiver of one lamp.
-
-    Args:
-        code: symbol code of the lamp.
-        symbols: number of different symbols, including the preamble.
-        bins: number of bins of the tables.
-        candidates: number of tested symbol phases.
-    """
+    """Symbol receiver of one lamp."""
 
     def __init__(self, code: SymbolCode, symbols: int, bins: int, candidates: int) -> None:
         self._code = code

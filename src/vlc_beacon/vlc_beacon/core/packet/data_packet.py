@@ -12,17 +12,8 @@ import zlib
 from dataclasses import dataclass
 from enum import IntEnum
 
+from shirube_core.crc import crc8
 from vlc_beacon.core.vlc_beacon_error import PacketError
-
-CRC8_POLYNOMIAL = 0x07
-
-
-def crc8(data: bytes) -> int:
-    """Return the CRC-8/SMBUS of bytes: Hamming distance 4 up to 119 bits."""
-    value = 0
-    for byte in data:
-        value = _CRC8_TABLE[value ^ byte]
-    return value
 
 
 def crc16(data: bytes) -> int:
@@ -33,18 +24,6 @@ def crc16(data: bytes) -> int:
 def crc32(data: bytes) -> int:
     """Return the CRC-32 of Ethernet of bytes."""
     return zlib.crc32(data)
-
-
-def _crc8_table() -> list[int]:
-    table = []
-    for value in range(256):
-        for _ in range(8):
-            value = (value << 1 ^ (CRC8_POLYNOMIAL if value & 0x80 else 0)) & 0xFF  # noqa: PLW2901
-        table.append(value)
-    return table
-
-
-_CRC8_TABLE = _crc8_table()
 
 
 KIND_SHIFT = 6
@@ -156,7 +135,6 @@ class MessageAssembler:
     """Reassembles fragmented messages; lamps repeat them, so a missed fragment is received later."""
 
     def __init__(self) -> None:
-        """Start without fragments."""
         self._parts: dict[int, DataPacket] = {}
         self._last_message: str | bytes | None = None
 

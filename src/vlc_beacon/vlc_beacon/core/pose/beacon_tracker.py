@@ -3,6 +3,7 @@
 import math
 from collections import deque
 from collections.abc import Iterable
+from dataclasses import fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +31,6 @@ class KeyframeBuffer:
     """Recent lamp observations with their odometry poses."""
 
     def __init__(self) -> None:
-        """Start without keyframes."""
         self._keyframes: deque[tuple[SE2, LampRays]] = deque(maxlen=KEYFRAMES_MAX)
 
     def clear(self) -> None:
@@ -43,36 +43,24 @@ class KeyframeBuffer:
             self._keyframes.append((T_odom_base, rays))
 
     def merged_with(self, T_odom_base: SE2, rays: LampRays) -> LampRays:
-        """Return the lamps in view merged with those of earlier keyframes.
-
-        Args:
-            T_odom_base: current odometry pose.
-            rays: current observations.
-        """
+        """Return the lamps in view merged with those of earlier keyframes."""
         parts = [rays]
         for view, (T_odom_then, observed) in enumerate(self._keyframes, start=1):
             motion = T_odom_base.inverse() @ T_odom_then
             distance = math.hypot(motion.x, motion.y)
             if KEYFRAME_SPACING <= distance <= DISTANCE_MAX:
                 parts.append(_transform_rays(observed, motion, distance, view))
-        return LampRays(
-            *(
-                np.concatenate([getattr(part, name) for part in parts])
-                for name in ('ids', 'rays', 'pixel_jacobians', 'sigmas', 'motions', 'views')
-            )
-        )
+        return LampRays(*(np.concatenate([getattr(part, each.name) for part in parts]) for each in fields(LampRays)))
 
 
 def _transform_rays(observed: LampRays, motion: SE2, distance: float, view: int) -> LampRays:
     motions = [motion @ SE2(*row) for row in observed.motions.tolist()]
     pixel = np.sqrt(np.abs(np.linalg.det(observed.pixel_jacobians)))
-    return LampRays(
-        observed.ids,
-        observed.rays,
-        observed.pixel_jacobians,
-        np.hypot(observed.sigmas, DISTANCE_ERROR * distance / LAMP_HEIGHT / pixel),
-        np.array([[each.x, each.y, each.yaw] for each in motions]),
-        np.full(len(observed), view),
+    return replace(
+        observed,
+        sigmas=np.hypot(observed.sigmas, DISTANCE_ERROR * distance / LAMP_HEIGHT / pixel),
+        motions=np.array([[each.x, each.y, each.yaw] for each in motions]),
+        views=np.full(len(observed), view),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -49,19 +49,11 @@ class LampRays:
     views: NDArray[np.int64]
 
     def __len__(self) -> int:
-        """Return the number of observations."""
         return len(self.ids)
 
     def subset(self, mask: NDArray[np.bool_]) -> LampRays:
         """Return the observations selected by a mask, shape (n,)."""
-        return LampRays(
-            self.ids[mask],
-            self.rays[mask],
-            self.pixel_jacobians[mask],
-            self.sigmas[mask],
-            self.motions[mask],
-            self.views[mask],
-        )
+        return LampRays(*(getattr(self, each.name)[mask] for each in fields(self)))
 
     @property
     def is_valid(self) -> NDArray[np.bool_]:

@@ -26,7 +26,6 @@ class LampOdometry:
     """Recent odometry by time in seconds."""
 
     def __init__(self) -> None:
-        """Start with an empty buffer."""
         self._buffer = OdometryBuffer()
 
     def add(self, stamp: float, T_odom_base: SE2) -> None:

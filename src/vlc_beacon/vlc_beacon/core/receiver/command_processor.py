@@ -30,7 +30,6 @@ class CommandProcessor:
     """Passes the commands of all lamps to the authorizer."""
 
     def __init__(self, authorizer: CommandAuthorizer) -> None:
-        """Start without commands."""
         self._authorizer = authorizer
         self._pending: dict[int, dict[int, CommandPacket]] = {}
         self._reported: dict[tuple[int, int], RejectionReason] = {}

@@ -114,19 +114,6 @@ class AcquisitionBackoff:
         self._since, self.has_timed_out = stamp, False
 
 
-class IdConfirmation:
-    """Confirms an ID after two equal consecutive ID packets of one lamp."""
-
-    def __init__(self) -> None:
-        self._last: int | None = None
-
-    def add(self, beacon: int) -> int | None:
-        """Add the ID of one packet and return the confirmed ID, None while it is unconfirmed."""
-        confirmed = beacon if beacon == self._last else None
-        self._last = beacon
-        return confirmed
-
-
 class TrackedLamp:
     """A lamp from frame to frame."""
 
@@ -145,7 +132,8 @@ class TrackedLamp:
         self._known = known
         self._readable_diameter = readable_diameter
         self._backoff = AcquisitionBackoff(acquisition_timeout)
-        self._confirmation, self._assembler = IdConfirmation(), MessageAssembler()
+        self._assembler = MessageAssembler()
+        self._last_id: int | None = None
         self._beacon: int | None = None
         self._unknown_id: int | None = None
         self._unaddressed: deque[ShortCommandPacket] = deque(maxlen=UNADDRESSED_MAX)
@@ -178,10 +166,10 @@ class TrackedLamp:
         return LampObservation(view.sample, self._beacon, self._unknown_id, tuple(commands), skip_reason, message)
 
     def _confirm(self, beacon: int) -> None:
-        confirmed = self._confirmation.add(beacon)
-        if confirmed is not None:
-            is_known = confirmed in self._known
-            self._beacon, self._unknown_id = (confirmed, None) if is_known else (None, confirmed)
+        """Confirm an ID after two equal consecutive ID packets."""
+        if beacon == self._last_id:
+            self._beacon, self._unknown_id = (beacon, None) if beacon in self._known else (None, beacon)
+        self._last_id = beacon
 
 
 class LightReceiver:

@@ -26,7 +26,6 @@ class PoseConsistencyCheck:
     """Compares poses with the last accepted pose and an anchor pose."""
 
     def __init__(self) -> None:
-        """Start without a pose; the first one is accepted."""
         self._anchor: _StampedPose | None = None
         self._last: _StampedPose | None = None
         self._jump_stamp: float | None = None

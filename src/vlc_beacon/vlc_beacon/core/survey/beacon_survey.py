@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,14 +40,11 @@ class LampBearings:
     sigmas: NDArray[np.float64]
 
     def __len__(self) -> int:
-        """Return the number of bearings."""
         return len(self.stamps)
 
     def subset(self, mask: NDArray[np.bool_]) -> LampBearings:
         """Return the bearings selected by a mask, shape (n,)."""
-        return LampBearings(
-            self.stamps[mask], self.positions[mask], self.rotations[mask], self.rays[mask], self.sigmas[mask]
-        )
+        return LampBearings(*(getattr(self, each.name)[mask] for each in fields(self)))
 
 
 CLUSTER = 1.0
