@@ -120,7 +120,7 @@ class DrivingSettings:
         'that sees all around or turns itself',
     )
     recovery: str = setting(
-        'look_around wait back_up clear replan wait clear',
+        'wait look_around back_up clear replan wait clear',
         'recovery behaviors in their order, of look_around, wait, back_up, clear and replan, for a robot without a '
         'route; empty for none',
     )

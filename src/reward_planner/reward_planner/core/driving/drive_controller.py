@@ -238,6 +238,8 @@ class DriveController:
         free = self._policy.react(planning.points_map, motion, obstacles, now, settings)
         avoided = obstacles if self._policy.is_around else ()
         planning.set_obstacles(obstacle_cells(avoided, now, AROUND_TIME, self._global_map.resolution))
+        if self._policy.is_detour_long:
+            return stop_command(DriveState.WAITING, f'{DriveState.WAITING.value}: the way around it is long')
         known = with_obstacles(self._global_map, obstacles, now)
         if len(planning.points_map) == 0 or self.recovery.must_finish:
             return self._act_without_route(now, robot, planning, known)
@@ -245,8 +247,9 @@ class DriveController:
             command = self._recover(now, robot, known, planning.robot_radius, STUCK_DETAIL, once=True)
             if command is not None:
                 return command
-            if not self.recovery.is_finished(settings):
-                self._stuck.reset()  # try the route again
+            if self.recovery.is_finished(settings):
+                self.recovery.reset()  # who is in the way may leave later
+            self._stuck.reset()  # try the route again
         self.recovery.end(robot)
         reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
         costmap = planning.costmap_around(known, robot, reach)
@@ -255,7 +258,7 @@ class DriveController:
         x, y = lookahead_point(costmap, robot, planning.points_map, lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
         limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
-        target = velocity_towards(bearing, limit, settings)
+        target = velocity_towards(bearing, limit, settings, is_held=self._stuck.is_held)
         state, detail = self._policy.describe(self._smoother.velocity)
         return DriveCommand(state, detail, target, (float(x), float(y)))
 

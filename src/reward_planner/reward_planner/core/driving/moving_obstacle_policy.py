@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_state import DriveState, Velocity
+from reward_planner.core.driving.replanner import path_length
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
 from reward_planner.core.settings import DrivingSettings
@@ -41,9 +42,10 @@ _AGE_MAX = 1.0  # an obstacle whose position is older is ignored [s]
 _DISTANCE_MAX = 10.0  # an obstacle that is farther away is ignored [m]
 _STEP = 0.1  # of the prediction [s]
 _CLEARER = 0.02  # where an obstacle is nearer than allowed, it may not come nearer by more than this [m]
-_CLEAR_TIMES = {DriveState.GIVING_WAY: 0.5, DriveState.GOING_AROUND: 2.0}  # times without a conflict that end it [s]
+_CLEAR_TIME, _DETOUR_TIME = 0.5, 2.0  # times without a conflict that end it, and a way around [s]
 _APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
 _WAITING_SPEED = 0.02  # below this the robot waits [m/s, rad/s]
+_WAITS_MAX, _PROGRESS = 3.0, 0.5  # so many times moving_obstacle_wait the robot waits at a place of this size [m]
 AROUND_TIME = 2.5
 """A robot that goes around keeps off the path of the obstacle for this time [s]."""
 _PATH_MAX = 5.0  # at most for this distance [m]
@@ -118,11 +120,13 @@ class MovingObstaclePolicy:
     Attributes:
         state: GIVING_WAY or GOING_AROUND; None without a conflict.
         detail: which obstacle, one line; fixed while the state lasts.
+        is_detour_long: whether the robot waits as the way around is long.
         route_map: points of the route with the latest conflict [m], shape (n, 2).
     """
 
     def __init__(self) -> None:
         """Start without a conflict."""
+        self._waited = SE2(math.inf, 0.0, 0.0), math.inf
         self.reset()
 
     def reset(self) -> None:
@@ -130,6 +134,7 @@ class MovingObstaclePolicy:
         self.state: DriveState | None = None
         self.detail, self.route_map = '', np.empty((0, 2))
         self._began = self._latest = -math.inf
+        self.is_detour_long = False
 
     @property
     def is_around(self) -> bool:
@@ -157,17 +162,34 @@ class MovingObstaclePolicy:
         settings: DrivingSettings,
     ) -> float:
         """Return how far a route is free [m] for a robot of a pose, a speed and a clearance, and update the state."""
-        points = route_map if len(route_map) else self.route_map
         robot, speed, clearance = motion
+        self.is_detour_long = self.is_around and self._should_wait(route_map, robot, now, settings)
+        if self.is_detour_long:
+            route_map = np.empty((0, 2))
+        points = route_map if len(route_map) else self.route_map
         conflict = predict_conflict(points, robot, speed, obstacles, now, clearance, settings)
         return self.update(conflict, route_map, now, settings)
+
+    def _should_wait(self, detour_map: NDArray[np.float64], robot: SE2, now: float, settings: DrivingSettings) -> bool:
+        """Return whether waiting is better, for a bounded time, than a long way around, shape (n, 2) [m]."""
+        place, since = self._waited
+        if not (place.distance_to(robot) < _PROGRESS and since <= now):
+            self._waited = place, since = robot, now
+        if len(detour_map) == 0 or now - since > _WAITS_MAX * settings.moving_obstacle_wait:
+            return False
+        nearest = int(np.hypot(*(self.route_map - (robot.x, robot.y)).T).argmin())
+        # What the robot could drive while it waits, there and back.
+        worth = 0.5 * settings.moving_obstacle_wait * settings.max_linear_velocity
+        return path_length(detour_map) - path_length(self.route_map[nearest:]) > worth
 
     def update(
         self, conflict: Conflict | None, route_map: NDArray[np.float64], now: float, settings: DrivingSettings
     ) -> float:
         """Update the state with the conflict on a route; return how far the route is free [m], infinite without one."""
         if conflict is None:
-            if self.state is not None and now - self._latest > _CLEAR_TIMES[self.state]:
+            # A robot that waits drives on as soon as the way is free; one on its way around does not turn back at once.
+            is_on_detour = self.is_around and len(route_map) > 0
+            if self.state is not None and now - self._latest > (_DETOUR_TIME if is_on_detour else _CLEAR_TIME):
                 self.reset()
             return math.inf
         self._latest = now

@@ -21,6 +21,7 @@ _HEADING_TIME_CONSTANT = 0.4  # time constant of the heading error [s]
 _BRAKE_FRACTION = 0.5  # fraction of the maximum acceleration that is planned for braking
 _RESPONSE_TIME = 0.15  # latency from a pose to the motion of the wheels [s]
 _DRIVE_BEARING_MAX = 0.6  # above this bearing the robot turns in place [rad]
+_HELD_BEARING_MAX = 0.1  # the same for a robot that was held [rad]
 _SLOWEST_FRACTION = 0.25  # minimum speed near obstacles, fraction of the maximum speed
 _SLOWEST = 0.1  # upper bound of the minimum speed near obstacles [m/s]
 
@@ -78,9 +79,12 @@ def turn_rate_for_angle(angle: float, settings: DrivingSettings) -> float:
     return math.copysign(rate, angle)
 
 
-def velocity_towards(bearing: float, speed: float, settings: DrivingSettings) -> Velocity:
-    """Return the velocity towards a point at a bearing [rad]; ``speed`` is that at zero bearing [m/s]."""
-    forward = speed * max(0.0, 1.0 - abs(bearing) / _DRIVE_BEARING_MAX)
+def velocity_towards(bearing: float, speed: float, settings: DrivingSettings, *, is_held: bool = False) -> Velocity:
+    """Return the velocity towards a point at a bearing [rad]; ``speed`` is that at zero bearing [m/s].
+
+    A robot that is held by an obstacle beside it turns away before it drives.
+    """
+    forward = speed * max(0.0, 1.0 - abs(bearing) / (_HELD_BEARING_MAX if is_held else _DRIVE_BEARING_MAX))
     return Velocity(forward, turn_rate_for_angle(bearing, settings))
 
 
