@@ -58,14 +58,31 @@ def test_costs_decay_with_the_distance_and_masks_and_unknown_cells_add_to_them()
     (row, column), *_ = costmap.frame.cell_of([(0.05, 0.05)])
     costs = costmap.costs[row : row + 40, column : column + 40]
     distances = 0.1 * np.arange(4, 9)
-    assert (costs[5, :4] == LETHAL).all()
-    np.testing.assert_allclose(costs[5, 4:9], 252 * np.exp(-2.0 * (distances - 0.3)), atol=0.51)
-    assert not costs[5, 9:30].any()
+    assert (costs[15, :4] == LETHAL).all()
+    np.testing.assert_allclose(costs[15, 4:9], 252 * np.exp(-2.0 * (distances - 0.3)), atol=0.51)
+    assert not costs[15, 9:30].any()
     assert costs[0, 20] == 0
     assert costs[0, 24] == 127
     assert (costs[1, 20:] == LETHAL).all()
     assert (costmap.clearance_at([(2.5, 0.15), (2.5, 0.25)]) == [0.0, 1.0]).all()
     assert (costs[30:, 20:] == LETHAL).all()
+
+
+def test_unknown_cells_behind_what_is_seen_cost_as_if_it_extended_there():
+    global_map, frame = GlobalMap(0.1, 1_000_000), GridFrame(0.0, 0.0, 0.1, 40, 40)
+    cells = np.full((40, 40), FREE, dtype=np.int8)
+    cells[18:22, 10:30] = UNKNOWN
+    cells[18:22, 10] = OCCUPIED  # the face of a box that is seen from the left
+    global_map.write(LocalMap(frame, cells, cells != UNKNOWN))
+    costmap = InflatedCostmap(0.3, 1.0, PlannerSettings())
+    costmap.cover(global_map, [(0.0, 0.0), (4.0, 4.0)])
+    row, column = costmap.frame.cell_of([(0.05, 0.05)])[0]
+    costs = costmap.costs[row : row + 40, column : column + 40]
+    assert (costs[20, 11:15] >= COST_MAX).all()  # within half a meter of the face
+    assert costs[20, 25] == costs[5, 20] == 0
+    assert not costmap.blocked[row + 20, column + 14]
+    assert costmap.clearance_at([(1.45, 2.05)])[0] == pytest.approx(0.4)
+    assert costmap.clearance_at([(1.45, 2.05)], is_cautious=True)[0] == 0.0
 
 
 @pytest.mark.parametrize('scale', [0.03, 0.1, 0.25])

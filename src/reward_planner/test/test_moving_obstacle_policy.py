@@ -73,10 +73,25 @@ def test_a_person_who_blocks_a_corridor_is_waited_for_and_the_goal_is_reached_wh
     drive.controller.set_goal(goal_at(9.0, 3.0))
     last = drive.run(69.0, until=(DriveState.UNREACHABLE,))
     assert last.state is DriveState.UNREACHABLE
-    assert 'obstacles block every path; tried look_around, wait' in last.detail
+    assert 'obstacles block every path; tried wait, look_around' in last.detail
     assert DriveState.RECOVERING in drive.states
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
     assert drive.contact_speeds == []
+
+
+def test_where_the_way_around_is_long_the_robot_waits_and_goes_on_as_soon_as_it_is_free():
+    walls = hall()
+    walls[:24, 30:60] = walls[36:52, 30:60] = walls[:24, 70:] = (
+        True  # a corridor of 1.2 m; the way around is in the north
+    )
+    drive = Encounter(walls, (4.5, 3.0), (-0.3, 0.0), ends=9.0)
+    drive.controller.set_goal(goal_at(6.5, 3.0))
+    drive.run(60.0, until=(DriveState.WAITING,))
+    waited = len(drive.drives)
+    assert drive.run(60.0).state is DriveState.GOAL_REACHED
+    assert any('the way around it is long' in each.detail for each in drive.drives[waited - 1 :])
+    assert max(pose.y for pose in drive.poses) < 3.7
+    assert max(drive.contact_speeds, default=0.0) < 0.02
 
 
 def test_a_person_beside_the_route_or_who_leaves_changes_nothing():

@@ -131,3 +131,16 @@ def test_the_part_that_left_the_view_moves_on_with_the_rest_until_rays_pass_ther
     hidden = tracker.hidden()
     assert len(hidden.xy) == 0 if sees_rest else hidden.xy[:, 0].max() > 2.5
     assert sees_rest or (hidden.velocity[:, 0] > 0.4).all()
+
+
+def test_somebody_who_left_the_view_walks_on_or_stands_where_he_was():
+    tracker = ClusterTracker()
+    for k in range(20):
+        cells = block(0.1 * k, 0.1 * k + 0.3) if k < 15 else np.zeros((0, 2))
+        tracker.update(PERIOD * k, cells, lambda xy: xy[:, 0] < 1.5)
+    hidden = tracker.hidden()
+    stands = hidden.velocity[:, 0] == 0.0
+    assert stands.any()
+    assert (hidden.velocity[~stands, 0] > 0.4).all()
+    assert (hidden.sigma[stands] == 0.0).all()
+    assert (hidden.sigma[~stands] > 0.0).all()

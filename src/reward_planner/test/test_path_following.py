@@ -50,6 +50,15 @@ def test_corners_are_not_cut_past_an_obstacle():
     assert waypoint[1] < 0.3
 
 
+def test_a_robot_with_too_little_clearance_gains_it_before_it_cuts_a_corner():
+    costmap = costmap_with([(0.3, 0.3, 0.7, 0.9)])
+    waypoint = lookahead_point(costmap, SE2(0.55, 0.15, 0.0), CORNER, 1.6)
+    way = np.linspace(0.0, 1.0, 50)[:, None] * (waypoint - (0.55, 0.15)) + (0.55, 0.15)
+    assert (np.diff(costmap.clearance_at(way)) >= -1e-6)[costmap.clearance_at(way)[1:] < 0.2].all()
+    assert velocity_towards(0.2, 0.4, DrivingSettings()).forward > 0.2
+    assert velocity_towards(0.2, 0.4, DrivingSettings(), is_held=True).forward == 0.0
+
+
 def test_where_no_point_is_seen_it_is_the_next_one():
     costmap = costmap_with([(-0.5, -0.4, 1.5, -0.2)])
     waypoint = lookahead_point(costmap, SE2(0.0, -0.9, 0.0), CORNER, 1.0)

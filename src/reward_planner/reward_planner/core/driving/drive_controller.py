@@ -244,16 +244,15 @@ class DriveController:
         if len(planning.points_map) == 0 or self.recovery.must_finish:
             return self._act_without_route(now, robot, planning, known)
         if self._stuck.is_stuck:
-            command = self._recover(now, robot, known, planning.robot_radius, STUCK_DETAIL, once=True)
-            if command is not None:
+            if command := self._recover(now, robot, known, planning.robot_radius, STUCK_DETAIL, once=True):
                 return command
+            self._stuck.reset()  # try the route again
             if self.recovery.is_finished(settings):
                 self.recovery.reset()  # who is in the way may leave later
-            self._stuck.reset()  # try the route again
         self.recovery.end(robot)
         reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
         costmap = planning.costmap_around(known, robot, reach)
-        # What the sensors see too near for the map may hold a robot that cuts a corner.
+        # What is too near for the map may hold a robot that cuts a corner.
         lookahead = settings.lookahead * (_HELD_FRACTION if self._stuck.is_held else 1.0)
         x, y = lookahead_point(costmap, robot, planning.points_map, lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
@@ -270,10 +269,9 @@ class DriveController:
         if self._policy.is_waiting_for_route(now, self._settings):
             return stop_command(DriveState.WAITING, f'{DriveState.WAITING.value}: no route around it')
         why = DriveState.UNREACHABLE.value + ('' if reason is None else f': {reason.value}')
-        if self.recovery.can_help(reason, planning.replan_count):
-            command = self._recover(now, robot, known, planning.robot_radius, why)
-            if command is not None:
-                return command
+        can_help = self.recovery.can_help(reason, planning.replan_count)
+        if can_help and (command := self._recover(now, robot, known, planning.robot_radius, why)):
+            return command
         tried = self.recovery.summary
         return stop_command(DriveState.UNREACHABLE, f'{why}; tried {tried}' if tried else why)
 
