@@ -13,8 +13,7 @@ from pose_arbiter.core.settings import ArbiterSettings, SourceSettings
 from shirube_core.geometry import SE2
 from shirube_core.motion import OdometryBuffer
 
-Message = tuple[int, int, PoseSample | SE2]
-"""Stamp [ns], source index or `ODOMETRY`, and the measurement."""
+Message = tuple[int, int, PoseSample | SE2]  # stamp [ns], source index or `ODOMETRY`, and the measurement
 ODOMETRY = 1000
 _LAG = 2.0  # as history_seconds of the arbiter [s]
 _MIN_SIGMA = 1e-5  # keeps the covariance of a stationary robot invertible [m, rad]

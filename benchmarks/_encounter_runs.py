@@ -13,8 +13,7 @@ from shirube_core.geometry import SE2
 
 STEP = 0.01
 _CONTROL_STEPS = 5
-LOOK = 1.0
-"""Time before the command, in which the sensor sees the room [s]."""
+LOOK = 1.0  # time before the command, in which the sensor sees the room [s]
 
 
 class Base:

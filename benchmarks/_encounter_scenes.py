@@ -12,14 +12,12 @@ from scene_simulator.mission.pedestrians import Walker
 from scene_simulator.room.box_room import Box, BoxRoom, Solids, cast_rays
 from shirube_core.geometry import SE2, CameraMount, matrix_from_rpy
 
-RADIUS, HEIGHT, LATENCY = 0.2, 0.6, 0.05
-"""The robot: radius and height [m], latency [s]."""
+RADIUS, HEIGHT, LATENCY = 0.2, 0.6, 0.05  # the robot: radius and height [m], latency [s]
 SITUATIONS = ('head-on', 'crossing', 'corner', 'overtaking', 'following', 'standing')
 SIZE: Box = (-6.0, -7.0, 0.0, 9.0, 7.0, 2.6)
 RATES = (5.0, 10.0, 20.0, 30.0)
 PIXELS = ((80, 60), (120, 90), (160, 120), (320, 240), (640, 480))
-SIGHT = 4.0
-"""Range of the sensors and of the view [m]."""
+SIGHT = 4.0  # range of the sensors and of the view [m]
 _STEP = 0.01
 
 

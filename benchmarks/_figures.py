@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-RATIO_TOLERANCE = 0.05
-"""Of ratios of time; loads and caches change them by less."""
+RATIO_TOLERANCE = 0.05  # of ratios of time; loads and caches change them by less
 STANDARD_ERRORS = 2.0
 
 Values = dict[str, tuple[float, float]]

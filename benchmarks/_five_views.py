@@ -25,14 +25,10 @@ TAUGHT = 4
 OFFSET, TURN = 0.5, math.radians(15.0)
 DISTINGUISHABLE = 2.0
 """A meter farther from where one is expected is another one [px]: a hundred times what it is measured to."""
-LANDMARKS_MIN = 3
-"""Number of other landmarks in view that make the meters distinguishable."""
-SEEN_MIN = 3
-"""Fewer points are no landmark for shirube."""
-BORDER = 30.0
-"""Least distance from the image border of what is wholly in view [px]; meters have radii of 20 to 32."""
-END_WALL = 0.3
-"""Greatest depth of anything on the end wall [m]."""
+LANDMARKS_MIN = 3  # number of other landmarks in view that make the meters distinguishable
+SEEN_MIN = 3  # fewer points are no landmark for shirube
+BORDER = 30.0  # least distance from the image border of what is wholly in view [px]; meters have radii of 20 to 32
+END_WALL = 0.3  # greatest depth of anything on the end wall [m]
 DECIDABLE, UNDECIDABLE, OUT_OF_VIEW = 'decidable', 'not decidable', 'out of view'
 
 

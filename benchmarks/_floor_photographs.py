@@ -28,8 +28,7 @@ from shirube_core.geometry import SE2, CameraMount
 MOUNT = CameraMount()
 CAMERA = DEMO_CAMERA
 PRIOR_DISTANCE, PRIOR_TURN = 0.002, math.radians(1.0)
-MARGIN = 0.07
-"""A view at this distance from the floor's border is on the floor at every yaw [m]."""
+MARGIN = 0.07  # A view at this distance from the floor's border is on the floor at every yaw [m]
 
 # Powers of the inverse of the root of g^4 = g + 1: their multiples fill a cube evenly (Roberts 2018).
 _EVEN_STEPS = np.array([1.2207440846057596**-power for power in (1, 2, 3)])

@@ -33,12 +33,9 @@ from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_m
 A, B = 4, 3
 RIGHT = 'turn:-1.5708'
 AUTHORIZATION = AuthorizationSettings(speed_limit=1.0)
-WHEELS = 0.98
-"""Distance driven over that commanded, which the odometry does not see."""
-FEWER = 5
-"""Every so manyth image is taken when both lamps have said everything: poses alone need no more."""
-LATENCY = 0.02
-"""From the start of an image to the velocity that follows from it [s]."""
+WHEELS = 0.98  # distance driven over that commanded, which the odometry does not see
+FEWER = 5  # every so manyth image is taken when both lamps have said everything: poses alone need no more
+LATENCY = 0.02  # from the start of an image to the velocity that follows from it [s]
 
 
 @dataclass(frozen=True)

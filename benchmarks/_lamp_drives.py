@@ -12,16 +12,12 @@ from shirube_core.geometry import SE2, wrap_angle
 from vlc_beacon.core.pose.beacon_tracker import BeaconTracker
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 
-RATE = 60.0
-"""Images a second."""
+RATE = 60.0  # images a second
 SECONDS = 30.0
-SPEED = 0.4
-"""[m/s]"""
-GAP = 3.0
-"""[s]"""
+SPEED = 0.4  # [m/s]
+GAP = 3.0  # [s]
 SEPARATION = 0.3
-SCALE_ERROR, TURN_ERROR = 0.02, math.radians(0.2)
-"""2 % of the way and 0.2 degrees a metre."""
+SCALE_ERROR, TURN_ERROR = 0.02, math.radians(0.2)  # 2 % of the way and 0.2 degrees a metre
 CENTRE = 0.9
 
 

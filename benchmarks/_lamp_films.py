@@ -24,13 +24,10 @@ from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 
 BEACONS = tuple(Beacon(k + 1, xyz, LedGrid.radius) for k, xyz in enumerate(PAPER_LAMPS))
-COMMANDING = 4
-"""The beacon that says a command, too."""
+COMMANDING = 4  # the beacon that says a command, too
 KEY = CommandKey(bytes(range(32)))
-GLOBAL_RATE, ROLLING_RATE = 60.0, 30.0
-"""Images a second that the codes ask for."""
-LEVEL = 0.9
-"""Of a lamp in the image, 1 is 255."""
+GLOBAL_RATE, ROLLING_RATE = 60.0, 30.0  # images a second that the codes ask for
+LEVEL = 0.9  # of a lamp in the image, 1 is 255
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,8 @@ from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.pose.beacon_locator import BeaconLocator
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 
-NEAR = 5.0
-"""What is found nearer to a lamp is that lamp [px]."""
-MARKER_SIGMA = 0.2
-"""Of a marker's centre [px]."""
+NEAR = 5.0  # what is found nearer to a lamp is that lamp [px]
+MARKER_SIGMA = 0.2  # of a marker's centre [px]
 LAMPS = 'lamps'
 _LOCATOR = BeaconLocator(BEACONS, MOUNT, None, EXACT)
 

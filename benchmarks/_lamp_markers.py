@@ -12,10 +12,8 @@ from _lamp_pictures import BLUR, FINE, Light, finish_picture
 from _lamp_room import CAMERA, IDS, LAMP_RADIUS, View
 from numpy.typing import NDArray
 
-SIDE = 2.0 * LAMP_RADIUS
-"""Of a marker in the image [px]: 6.5 cm."""
-PLATE = 1.5
-"""Side of the white plate over that of the marker."""
+SIDE = 2.0 * LAMP_RADIUS  # of a marker in the image [px]: 6.5 cm
+PLATE = 1.5  # side of the white plate over that of the marker
 CELL_PIXELS = 16
 FAMILIES = {'ArUco 4x4': 'DICT_4X4_50', 'AprilTag 16h5': 'DICT_APRILTAG_16h5'}
 THRESHOLD, OTSU_DEVIATION = 1.0, 1.0

@@ -15,8 +15,7 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.pose.radius_interval import LampDiscs, radius_interval, radius_interval_printed
 from vlc_beacon.core.settings import PoseSettings
 
-EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)
-"""Lens, lamps and tilt are exact in these views."""
+EXACT = PoseSettings(pixel_sigma=0.0, beacon_sigma=0.0, tilt_sigma=0.0)  # lens, lamps and tilt are exact in these views
 
 TURNED = SE3(np.diag([-1.0, -1.0, 1.0]) @ LEVEL.rotation, LEVEL.position)
 """The paper leaves the axes of its image open; turned by 180 degrees, the plus of eq. (5) is right in x and y."""

@@ -8,8 +8,7 @@ from _lamp_room import CAMERA, LAMP_RADIUS
 from numpy.typing import NDArray
 
 FINE = 6
-BLUR = 0.6
-"""Of the lens [px]."""
+BLUR = 0.6  # of the lens [px]
 
 
 @dataclass(frozen=True)

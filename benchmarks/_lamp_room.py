@@ -22,10 +22,8 @@ RADIUS = 0.0325
 BEACONS = tuple(Beacon(k + 1, (x, y, 2.5), RADIUS) for k, (x, y) in enumerate(((0, 0), (0, 1.8), (1.8, 0), (1.8, 1.8))))
 PLACES = np.array([beacon.xyz for beacon in BEACONS])
 IDS = np.array([beacon.id for beacon in BEACONS])
-ROOM = (7.0, 6.0)
-"""[m]; the lamps' square hangs in its middle."""
-LAMP_RADIUS = RADIUS * CAMERA.fx / 2.5
-"""Of each lamp in the image of a level camera [px]."""
+ROOM = (7.0, 6.0)  # [m]; the lamps' square hangs in its middle
+LAMP_RADIUS = RADIUS * CAMERA.fx / 2.5  # of each lamp in the image of a level camera [px]
 
 
 @dataclass(frozen=True)

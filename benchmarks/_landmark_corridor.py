@@ -17,12 +17,9 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 
-LANDMARKS = ('meter', 'sign', 'cabinet', 'round')
-"""What an engineer would select."""
-TAUGHT = SE2(-3.0, 0.0, 0.0)
-"""Where the robot stood: ``T_map_place``."""
-NEAR = 3.0
-"""A detected primitive is that of a landmark when its points are not farther off [px]."""
+LANDMARKS = ('meter', 'sign', 'cabinet', 'round')  # what an engineer would select
+TAUGHT = SE2(-3.0, 0.0, 0.0)  # where the robot stood: ``T_map_place``
+NEAR = 3.0  # A detected primitive is that of a landmark when its points are not farther off [px]
 
 
 class TaughtCorridor(NamedTuple):

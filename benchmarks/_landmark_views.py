@@ -18,16 +18,14 @@ from scene_simulator.corridor.shapes import FlatShape, Landmark, Paint, SquareLa
 from scene_simulator.corridor.stereo_rig import render_pair
 from shirube_core.geometry import SE2
 
-SIDE = 0.8
-"""Of the tag's black square; the fields of the panel span as much from left to right [m]."""
+SIDE = 0.8  # of the tag's black square; the fields of the panel span as much from left to right [m]
 HEIGHT = RIG.mount.xyz[2]
 DEPTH = 0.1
 SURFACE = facing_wall(0.0)
 FIELDS = 6
 OFFSET, TURN = 0.5, math.radians(15.0)
 TEACH_OFFSET, TEACH_TURN = 0.05, math.radians(2.0)
-BORDER = 12.0
-"""Panel and tag are so far inside of both images [px]."""
+BORDER = 12.0  # panel and tag are so far inside of both images [px]
 WHITE, BLACK = Paint(0.9), Paint(0.08)
 
 

@@ -10,21 +10,15 @@ from scipy.spatial import cKDTree
 
 from shirube_core.geometry import SE2
 
-CELL = 0.04
-"""Points of the map in a cell become one [m]."""
-NEIGHBOURS = 0.12
-"""Radius of the neighbours that define the direction of a point's line [m]."""
+CELL = 0.04  # points of the map in a cell become one [m]
+NEIGHBOURS = 0.12  # radius of the neighbours that define the direction of a point's line [m]
 POINTS_MIN = 5
-THIN = 0.015
-"""Standard deviation across a line, at the most: corners are none [m]."""
+THIN = 0.015  # standard deviation across a line, at the most: corners are none [m]
 GATES = (0.4,) * 8 + (0.2,) * 8 + (0.1,) * 8 + (0.05,) * 12
 """Points that are farther from the map are left out, step by step [m]."""
-SCALE = 0.02
-"""Residuals beyond it count less [m]."""
-KEYFRAME = (0.3, 0.5)
-"""Distance [m] or turn [rad] from all keyframes at which a scan becomes one."""
-SHARE_MIN = 0.3
-"""Of the points that must be near the map at the end."""
+SCALE = 0.02  # residuals beyond it count less [m]
+KEYFRAME = (0.3, 0.5)  # distance [m] or turn [rad] from all keyframes at which a scan becomes one
+SHARE_MIN = 0.3  # of the points that must be near the map at the end
 
 
 class ScanMatcher:

@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 
 from shirube_core.geometry import SE2
 
-MIDDLE = (0.9, 0.9)
-"""Of the room [m]."""
+MIDDLE = (0.9, 0.9)  # of the room [m]
 BEAMS = 360
-RANGE_NOISE = 0.01
-"""Standard deviation of a range [m]."""
-ROBOT_RADIUS = 0.25
-"""[m]"""
+RANGE_NOISE = 0.01  # standard deviation of a range [m]
+ROBOT_RADIUS = 0.25  # [m]
 TRIES = 200
 KINDS = (
     *(((1.0, 0.4), 1.8, True),) * 3,

@@ -9,13 +9,10 @@ from reward_planner.core.settings import VoxelSettings
 from reward_planner.core.voxels.rolling_voxel_grid import NO_TILE, TILE_SIZE, FrameWindow, SensorView, window_shape
 from reward_planner.core.voxels.voxel_map import VoxelMap
 
-PYOCTOMAP = ('pyoctomap', 'pyoctomap==1.2.2')
-"""Module, and what pip installs."""
-Dense = NDArray[np.bool_]
-"""Voxels of the room, shape (side, side, layers) along x, y and z."""
+PYOCTOMAP = ('pyoctomap', 'pyoctomap==1.2.2')  # module, and what pip installs
+Dense = NDArray[np.bool_]  # voxels of the room, shape (side, side, layers) along x, y and z
 TILES = 12
-FIRST_TILE = -6
-"""The room fills 12 x 12 tiles around the map's origin."""
+FIRST_TILE = -6  # the room fills 12 x 12 tiles around the map's origin
 
 
 class Method(Protocol):

@@ -17,8 +17,7 @@ from motor_bridge.emulator.firmware import EmulatorSettings
 from motor_bridge.link.controller_session import ControllerSession, LinkReport
 
 PERIOD = 1.0 / 30.0
-ROUNDS = 3
-"""Number of speeds and counts in each period, so that a million replies take minutes and not an hour."""
+ROUNDS = 3  # number of speeds and counts in each period, so that a million replies take minutes and not an hour
 SETUP = ControllerSetup(57600, (20, 12, 0, 50))
 ROBOT = EmulatorSettings(encoder_noise=0.0, slip_sigma=0.0)
 Random = np.random.Generator

@@ -29,8 +29,7 @@ from motor_bridge.node_settings import NodeSettings
 from shirube_cli.project import child_process
 
 AUTO_STOPS = {'ros_arduino_bridge': EmulatorSettings().auto_stop, 'motor_controller': NodeSettings().short_auto_stop}
-LATENCIES = (0.0, 0.0), (0.05, 0.05), (0.1, 0.1), (0.25, 0.0)
-"""Latency and jitter of the line [s]."""
+LATENCIES = (0.0, 0.0), (0.05, 0.05), (0.1, 0.1), (0.25, 0.0)  # latency and jitter of the line [s]
 Rows = list[tuple[str, Figure]]
 
 

@@ -27,8 +27,7 @@ Image = NDArray[np.uint8]
 
 SHEETS = 'floor_random_dots'
 FRAMES = Path(__file__).with_name('photographed_frames.csv')
-PHOTOGRAPH = -1
-"""The number of ``image00.jpg`` among the frames of the movie."""
+PHOTOGRAPH = -1  # the number of ``image00.jpg`` among the frames of the movie
 CENTIMETRE = 0.01  # [m]
 VIEW_CAMERA = PinholeCamera(350, 350, 339.44, 339.44, 174.5, 174.5)
 """The default camera's scale (2.61 px/mm at 130 mm) on a sensor that sees a whole sheet in any heading."""

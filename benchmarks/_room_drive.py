@@ -25,8 +25,7 @@ from shirube_ros.message_conversion import planar_pose
 Image = NDArray[np.uint8]
 BAG = Path(__file__).parents[1] / 'bags' / 'room_drive'
 CAMERAS = ('left', 'right', 'top')
-SEEN_FRAMES = 3
-"""A cell counts as seen where so many instants show a surface in it."""
+SEEN_FRAMES = 3  # A cell counts as seen where so many instants show a surface in it
 
 
 class Instant(NamedTuple):

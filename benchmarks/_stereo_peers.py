@@ -13,8 +13,7 @@ from scene_simulator.corridor.stereo_rig import StereoRig as Cameras
 from shirube_core.geometry import SE2, gravity_aligned_camera
 from stereo_landmark.core.stereo import StereoRig
 
-RATIO = 0.8
-"""Lowe's, of the best match to the second best."""
+RATIO = 0.8  # Lowe's, of the best match to the second best
 ROW_TOLERANCE = 1.5
 DISPARITY_MIN = 2.0
 RANSAC: dict[str, Any] = {

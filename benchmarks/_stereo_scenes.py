@@ -8,8 +8,7 @@ from scene_simulator.corridor.stereo_rig import StereoRig
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkFix, NoLandmarkFix
 
-Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
-"""Left and right image, each of shape (h, w)."""
+Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # left and right image, each of shape (h, w)
 RIG = StereoRig()
 CAMERAS = product_rig(RIG)
 

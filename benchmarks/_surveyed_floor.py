@@ -18,8 +18,7 @@ from scene_simulator.robot.leg_drive import LegDrive
 from scene_simulator.robot.robot_drive import WheelErrors, simulate_odometry
 from shirube_core.geometry import SE2, CameraMount, PinholeCamera
 
-CAMERA = PinholeCamera(320, 320, 260.0, 260.0, 159.5, 159.5)
-"""View of 160 mm from a height of 130 mm, 0.5 mm per pixel."""
+CAMERA = PinholeCamera(320, 320, 260.0, 260.0, 159.5, 159.5)  # view of 160 mm from a height of 130 mm, 0.5 mm per pixel
 
 MOUNT = CameraMount()
 VIEW = 0.16

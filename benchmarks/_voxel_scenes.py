@@ -11,8 +11,7 @@ from shirube_core.geometry import SE2, PinholeCamera
 
 CAMERA = PinholeCamera(640, 480, 525.0, 525.0, 319.5, 239.5)
 CAMERA_HEIGHT = 0.5
-POINTS = 272_000
-"""Points a frame, of 307 200 pixels: a stereo camera leaves some out."""
+POINTS = 272_000  # points a frame, of 307 200 pixels: a stereo camera leaves some out
 FOCAL_BASELINE = 52.5
 DISPARITY_SIGMA = 0.15
 PHANTOM_DEPTHS = (0.4, 6.0)

@@ -29,13 +29,9 @@ from scene_simulator.room.box_room import disc_clearance
 STEP, CONTROL_PERIOD, FRAME_PERIOD, FRAME_LATENCY = 0.01, 0.05, 0.2, 0.08
 DEPTH_RANGE, CRUISE_SPEED, GOAL_TIME = 3.5, 0.4, 180.0
 """Range of the depth camera [m], speed limit [m/s], time for each goal [s]."""
-DRIVING = DrivingSettings(
-    max_linear_velocity=CRUISE_SPEED,
-    max_angular_velocity=1.0,
-    max_angular_acceleration=2.0,
-    goal_tolerance=0.01,
-    goal_yaw_tolerance=0.04,
-)
+TOLERANCES = {'goal_tolerance': 0.01, 'goal_yaw_tolerance': 0.04}
+TURNS = {'max_angular_velocity': 1.0, 'max_angular_acceleration': 2.0}
+DRIVING = DrivingSettings(max_linear_velocity=CRUISE_SPEED, **TURNS, **TOLERANCES)
 
 
 @dataclass
@@ -65,11 +61,8 @@ class Drive:
         self.base = Base(self.sensors.layout.start, limits.max_linear_acceleration)
         voxels = VoxelSettings(height_max=ROBOT_HEIGHT, range_max=DEPTH_RANGE)
         self.navigator = Navigator(DEPTH_MOUNT, NavigatorSettings(voxels=voxels, driving=DRIVING))
-        settings = CollisionMonitorSettings(
-            robot_radius=ROBOT_RADIUS,
-            deceleration=limits.max_linear_acceleration,
-            angular_deceleration=limits.max_angular_acceleration,
-        )
+        braking = limits.max_linear_acceleration, limits.max_angular_acceleration
+        settings = CollisionMonitorSettings((), ROBOT_RADIUS, *braking)
         source = SourceSettings(type='depth', range_max=DEPTH_RANGE, height_max=ROBOT_HEIGHT)
         self.monitor = CollisionMonitor(settings, {'front': source})
         self._frames: list[tuple[float, NDArray[np.float32]]] = []

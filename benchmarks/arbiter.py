@@ -16,13 +16,10 @@ from numpy.typing import NDArray
 from pose_arbiter.core.kalman_filter import diagonal
 from shirube_core.geometry import SE2
 
-OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8
-"""Fractions of the drive between which the source is silent."""
-WRONG_MIN = 3
-"""A drive with more wrong poses counts."""
+OUTAGE_FROM, OUTAGE_TO = 0.4, 0.8  # fractions of the drive between which the source is silent
+WRONG_MIN = 3  # A drive with more wrong poses counts
 ODOMETRY_RATE, SOURCES, SOURCE_RATE = 500, 4, 30
-DELAY = 80_000_000
-"""From an image to its pose, differing by a tenth from source to source [ns]."""
+DELAY = 80_000_000  # from an image to its pose, differing by a tenth from source to source [ns]
 
 
 def add_bags(run: Run, drives: list[RecordedDrive]) -> None:

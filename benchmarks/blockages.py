@@ -29,8 +29,7 @@ from shirube_core.geometry import SE2, CameraMount, PinholeCamera, matrix_from_r
 PIXELS = ((80, 60), (120, 90), (320, 240), (640, 480))
 VIEWS, WIDTHS = (30, 60, 90), (1.0, 1.5, 2.0, 2.5)
 KINDS = ('person', 'legs', 'child', 'wheelchair', 'trolley')
-LENGTH, SENSOR_RANGE, RESOLUTION = 14.0, 6.0, 0.05
-"""Length of the corridor, range of the sensor, side of a cell [m]."""
+LENGTH, SENSOR_RANGE, RESOLUTION = 14.0, 6.0, 0.05  # length of the corridor, range of the sensor, side of a cell [m]
 PERIOD, SPEED, STAND, PATIENCE = 0.2, 0.5, 6.0, 40.0
 """Time between frames [s], speed of the robot [m/s], time that somebody stands, and after it [s]."""
 GOAL = SE2(9.0, 0.0, 0.0)

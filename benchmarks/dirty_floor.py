@@ -23,12 +23,9 @@ from scene_simulator.floor.disturbances import FloorArea, crumbs, dust, hairs
 from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, SURVEY_ERROR, survey_floor
 
 DESIGN = replace(DARK_ON_LIGHT, diameters=(0.001, 0.003))
-LITTER = (crumbs, 1000.0), (dust, 5000.0), (hairs, 200.0)
-"""Dirt and its density for a level of 1 [1/m^2]."""
-SMALLEST = (3.0, 4.0, 5.0, 6.0)
-"""Minimum diameters [px]; a pixel is 0.38 mm."""
-POLE_STAR_EVERY = 5
-"""Places of which the pole star, which takes a second for each, is run at one."""
+LITTER = (crumbs, 1000.0), (dust, 5000.0), (hairs, 200.0)  # dirt and its density for a level of 1 [1/m^2]
+SMALLEST = (3.0, 4.0, 5.0, 6.0)  # minimum diameters [px]; a pixel is 0.38 mm
+POLE_STAR_EVERY = 5  # places of which the pole star, which takes a second for each, is run at one
 
 
 def main(run: Run, places: int, dirt: tuple[float, ...]) -> None:

@@ -23,8 +23,7 @@ from floor_localizer.core.dots import DetectedDots
 from scene_simulator.floor.dot_floor import LIGHT_ON_DARK
 
 SIZE, MARGIN = 1.2, 0.3
-ISOLATED = 1.3
-"""A dot is isolated when no other centre is nearer than this multiple of the mean of both diameters."""
+ISOLATED = 1.3  # A dot is isolated when no other centre is nearer than this multiple of the mean of both diameters
 
 
 class TrueImage(NamedTuple):

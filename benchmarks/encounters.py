@@ -17,8 +17,7 @@ from reward_planner.core.safety.collision_monitor import CollisionMonitor
 from scene_simulator.room.box_room import Solids
 from scene_simulator.room.room_drive import RoomDrive
 
-SLOWEST = 0.005
-"""A robot that is slower stands [m/s]."""
+SLOWEST = 0.005  # A robot that is slower stands [m/s]
 REASONS = ('none', 'never in view', 'in view for less than a period and a stop', 'walked into the standing robot')
 LOOKAHEAD, SPEED = 0.4, 0.5
 

@@ -42,10 +42,8 @@ from stereo_landmark.core.teaching.teacher import Teacher
 from stereo_landmark.files.place_file import save_place
 
 VIEWS_PER_LESSON = 5
-CHOSEN_WITHIN = 5.0
-"""The engineer takes the primitives that are so near to those of a meter [px]."""
-AROUND_TARGET = 45.0
-"""Of a meter's middle, what features of the target are [px]."""
+CHOSEN_WITHIN = 5.0  # the engineer takes the primitives that are so near to those of a meter [px]
+AROUND_TARGET = 45.0  # of a meter's middle, what features of the target are [px]
 CONDITIONS = ((False, False), (False, True), (True, False), (True, True))
 OURS, PAPER_MODE = 'shirube', 'shirube, paper mode'
 KINDS = {
@@ -56,10 +54,8 @@ KINDS = {
 """Primitives that are taught of a meter, the surest first, by its case: the paper's figure 4 and section 5."""
 SIZES = {PrimitiveKind.ELLIPSE: 1.0, PrimitiveKind.QUADRILATERAL: math.sqrt(2.0), PrimitiveKind.PARALLEL_LINES: 0.5}
 """Sizes of these primitives, see `primitive_size`, in radii."""
-SIZE_TOLERANCE = 0.25
-"""Largest relative difference from that size."""
-LINES_BELOW = 1.55
-"""Middle of the lines of a lined meter below its own, in radii."""
+SIZE_TOLERANCE = 0.25  # largest relative difference from that size
+LINES_BELOW = 1.55  # middle of the lines of a lined meter below its own, in radii
 AMBIGUOUS = 'ambiguous: several poses match'
 
 

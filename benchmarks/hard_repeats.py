@@ -25,8 +25,7 @@ from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.settings import PAPER, LandmarkSettings
 
-HIDDEN_FRACTION = 0.3
-"""Part of the target's primitives that is covered."""
+HIDDEN_FRACTION = 0.3  # part of the target's primitives that is covered
 OFFSET_MAX, YAW_MAX = 0.4, math.radians(10.0)
 RIGHT_WITHIN = 0.05, math.radians(1.5)
 OURS, PAPER_MODE = 'stereo_landmark', 'stereo_landmark, paper mode'

@@ -15,10 +15,8 @@ from _lamp_films import BEACONS, KEY
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 
-AHEAD = 2.0
-"""Of the robot lamps come into view [m]."""
-SHARES = (0.85, 1.7)
-"""Speeds of the drives over the limit."""
+AHEAD = 2.0  # of the robot lamps come into view [m]
+SHARES = (0.85, 1.7)  # speeds of the drives over the limit
 
 
 def limits(channel: Channel) -> tuple[float, float, float]:

@@ -34,8 +34,7 @@ from vlc_beacon.core.settings import LampSettings, PoseSettings
 
 FOCAL, ROWS_A_SECOND, EXPOSURE, LONGEST_STRIPE = 5620.0, 47540.0, 5e-5, 20.0
 """Of the telephone [px, 1/s, s], and of the slowest lamp in it [px]."""
-TONES = (2000.0, 2500.0, 3000.0, 3500.0, 4000.0)
-"""[Hz]"""
+TONES = (2000.0, 2500.0, 3000.0, 3500.0, 4000.0)  # [Hz]
 HEIGHT = 2.46
 # The plan is drawn as one sees it from below: x of a map with z up is the other way.
 PLAN = ((35.56, 36.83), (-35.56, 36.83), (-35.56, -36.83), (35.56, -36.83), (0.0, 0.0))
@@ -45,10 +44,8 @@ LEVEL = CameraMount((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 # A telephone is about level, and its lens is not calibrated.
 SETTINGS = PoseSettings(pixel_sigma=3.0, beacon_sigma=0.0, tilt_sigma=0.05)
 DETECTOR = LampDetector(LampSettings(contrast_min=10.0, stripe_rows=LONGEST_STRIPE))
-NEAR = 10.0
-"""What is found nearer to a lamp is that lamp [px]."""
-AMBIENT = 0.35
-"""Level of white in the pictures that rendered lamps of level 0.9 shine over."""
+NEAR = 10.0  # what is found nearer to a lamp is that lamp [px]
+AMBIENT = 0.35  # level of white in the pictures that rendered lamps of level 0.9 shine over
 
 
 @dataclass

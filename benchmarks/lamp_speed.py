@@ -20,12 +20,9 @@ from vlc_beacon.core.authorization.command_authorizer import Accepted
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 
-WARM_UP = 10
-"""Images that are not counted."""
-NEAR = 6.0
-"""A lamp is named rightly if its named place is that near to it [px]."""
-DARK = 20
-"""A place of the lit ceiling is behind a person below this level [grey levels]."""
+WARM_UP = 10  # images that are not counted
+NEAR = 6.0  # A lamp is named rightly if its named place is that near to it [px]
+DARK = 20  # A place of the lit ceiling is behind a person below this level [grey levels]
 
 
 @dataclass

@@ -35,19 +35,15 @@ from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
 from stereo_landmark.core.teaching.primitive_selection import TargetSelection
 from stereo_landmark.core.teaching.teacher import Teacher
 
-EXACT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)
-"""The rendered rig is exactly calibrated and level."""
-CHOSEN_WITHIN = 1.0
-"""A measured corner is that of the field when it is so near [px]."""
+EXACT = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0)  # the rendered rig is exactly calibrated and level
+CHOSEN_WITHIN = 1.0  # A measured corner is that of the field when it is so near [px]
 FIELDS_MIN = 4
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 OURS = 'shirube'
 Taught = list[tuple[FeaturePipeline, TaughtFeatures]]
-ANY = math.inf, math.inf
-"""All poses count as right here."""
+ANY = math.inf, math.inf  # all poses count as right here
 TAG, CELLS = 7, 8
-CORNER_SIGMA = 0.1
-"""Stated of a corner [px]; it is the same for all, so that the fit does not depend on it."""
+CORNER_SIGMA = 0.1  # stated of a corner [px]; it is the same for all, so that the fit does not depend on it
 NAMES = tuple(f'corner {i}' for i in range(4))
 SQUARE = 0.5 * SIDE * np.array([[-1.0, 1.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [-1.0, -1.0, 0.0]])
 

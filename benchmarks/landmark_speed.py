@@ -29,12 +29,9 @@ from stereo_landmark.core.settings import PAPER, LandmarkSettings
 from stereo_landmark.core.view_localizer import state_of
 
 DISPLACEMENT = SE2(0.2, -0.25, 0.1)
-TILES = (0.0, 0.25, 0.08)
-"""Of the corridors' walls [m]."""
-OFF = np.array([0.004, 0.004, 0.0, 0.002, 0.0, 0.0])
-"""Error of the predicted pose: x, y, z [m], yaw, roll, pitch [rad]."""
-THRESHOLD = 3.31
-"""With which each photograph has nearly 1000 segments [grey levels / px]."""
+TILES = (0.0, 0.25, 0.08)  # of the corridors' walls [m]
+OFF = np.array([0.004, 0.004, 0.0, 0.002, 0.0, 0.0])  # error of the predicted pose: x, y, z [m], yaw, roll, pitch [rad]
+THRESHOLD = 3.31  # with which each photograph has nearly 1000 segments [grey levels / px]
 
 
 class Case(NamedTuple):

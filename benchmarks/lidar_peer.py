@@ -30,14 +30,11 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix
 EVERY = round(RATE / 10.0)
 GUESS = (0.1, 0.1, math.radians(5.0))
 LIGHT = next(light for light in LIGHTS if light.name == 'lit room')
-FAR = 0.05
-"""Errors beyond it are counted [m]."""
-TILT = math.radians(0.1)
-"""Standard deviation of the unmeasured roll and pitch [rad]."""
+FAR = 0.05  # errors beyond it are counted [m]
+TILT = math.radians(0.1)  # standard deviation of the unmeasured roll and pitch [rad]
 LIDAR, LAMPS = f'lidar, {BEAMS} beams', 'lamps'
 
-Answer = tuple[SE2 | None, float]
-"""A pose or none, and the processor time [ms]."""
+Answer = tuple[SE2 | None, float]  # A pose or none, and the processor time [ms]
 
 
 def without_obstacles(room: FurnishedRoom, path: list[SE2]) -> FurnishedRoom:

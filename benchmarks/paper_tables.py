@@ -76,8 +76,7 @@ CANDIDATES: dict[str, Callable[[NDArray[np.float64]], Candidates]] = {
     'constellation': constellation_candidates,
     'pole_star': pole_star_candidates,
 }
-POLE_STAR_EVERY = 20
-"""Places of which the pole star, which takes a second for each, is run at one."""
+POLE_STAR_EVERY = 20  # places of which the pole star, which takes a second for each, is run at one
 
 
 class Task(NamedTuple):

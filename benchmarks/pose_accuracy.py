@@ -28,8 +28,7 @@ from shirube_core.geometry import SE2, wrap_angle
 PHOTOGRAPHER = FloorCamera(CAMERA)
 RISE, TILT = 0.05, math.radians(2.0)
 PLACES, STEP = 51, 0.012
-REPEATABILITY = 0.00002
-"""Of the actuator, greatest error of a place along its axis [m]."""
+REPEATABILITY = 0.00002  # of the actuator, greatest error of a place along its axis [m]
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,7 @@ from floor_localizer.core.settings import DotDetectorSettings
 from scene_simulator.floor.camera import PAPER_CAMERA
 from shirube_core.geometry import SE2
 
-AGREEMENT = 0.0005
-"""Of a right pose with the truth, at the sheet's centre [m]."""
+AGREEMENT = 0.0005  # of a right pose with the truth, at the sheet's centre [m]
 TERRAZZO = ('floor_terrazzo', 'terrazzo018.jpg')
 SCALE = VIEW_MOUNT.xyz[2] / PAPER_CAMERA.fx
 """Of the picture: 0.383 mm/px, so that 1024 px are 392 mm and a view of the default camera is 90 mm wide [m/px]."""

@@ -35,10 +35,8 @@ from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.files.camera_files import load_camera_calibration
 from stereo_landmark.files.place_file import load_places
 
-TILT = (-0.0045, 0.3930)
-"""Roll and pitch of the still machine [rad]."""
-OFFSET, TURN = 0.5, 0.26
-"""Of the views of other corridors [m, rad]."""
+TILT = (-0.0045, 0.3930)  # roll and pitch of the still machine [rad]
+OFFSET, TURN = 0.5, 0.26  # of the views of other corridors [m, rad]
 
 
 def still_frames(folder: Path, hall: Hall) -> tuple[StereoRig, list[Moment]]:

@@ -23,8 +23,7 @@ from floor_localizer.core.settings import TrackerSettings
 
 FLOOR_SEED = 1
 OTHER_FLOORS = 10
-DUST = (5, 90)
-"""Fewest and most spots in a view of dust."""
+DUST = (5, 90)  # fewest and most spots in a view of dust
 BATCH = 100
 USUAL_EFFORT = TrackerSettings().usual_effort
 
