@@ -83,7 +83,7 @@ def smooth(
             before, pose = states[-1]
             odometry_before = buffer.lookup(before)
             # From the origin of the odometry's frame, so that the step and its noise are in the robot's own frame.
-            origin = initialize(odometry_before, SE2(0.0, 0.0, 0.0), (0.0,) * 6, 0)
+            origin = initialize(odometry_before, SE2(0.0, 0.0, 0.0), np.zeros((3, 3)), 0)
             step = predict(origin, buffer.lookup(sample.stamp), settings)
             noise = _noise(gtsam, step.covariance, step.yaw, _MIN_SIGMA)
             relative_pose = gtsam.Pose2(step.x, step.y, step.yaw)
