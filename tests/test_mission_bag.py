@@ -57,9 +57,8 @@ def fuse(bag: BagReader, shift: SE2 | None = None) -> dict[int, SE2]:
             if estimate is not None:
                 poses[stamp] = SE2(estimate.x, estimate.y, estimate.yaw)
             continue
-        pose, noise = planar_pose_with_covariance(decoded.pose, message.topic)
-        (xx, xy, xt), (_, yy, yt), (_, _, tt) = noise.tolist()
-        measured, covariance = shift @ pose if shift else pose, (xx, xy, xt, yy, yt, tt)
+        pose, covariance = planar_pose_with_covariance(decoded.pose, message.topic)
+        measured = shift @ pose if shift else pose
         assert arbiter.add_pose(TOPICS[message.topic], stamp, measured, covariance, message.stamp_ns) is None
     return poses
 
