@@ -139,7 +139,7 @@ def short(package: str, name: str) -> str:
     return f'~/{name.removeprefix(private)}' if name.startswith(private) else name.removeprefix('/')
 
 
-ATTEMPTS = 3
+ATTEMPTS = 7
 
 
 @pytest.fixture(scope='module')
@@ -154,7 +154,7 @@ def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
         for _ in range(ATTEMPTS):
             with isolated_graph() as graph:
                 node = graph.add(create, **parameters, **more)
-                if graph.spin_until(lambda node=node: is_discovered(node), timeout=25.0):  # type: ignore[misc]
+                if graph.spin_until(lambda node=node: is_discovered(node), timeout=10.0):  # type: ignore[misc]
                     found[package] = format_names(package, node)
                     break
         assert package in found, package
