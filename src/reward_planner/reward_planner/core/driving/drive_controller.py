@@ -246,9 +246,8 @@ class DriveController:
         if self._stuck.is_stuck:
             if command := self._recover(now, robot, known, planning.robot_radius, STUCK_DETAIL, once=True):
                 return command
-            self._stuck.reset()  # try the route again
-            if self.recovery.is_finished(settings):
-                self.recovery.reset()  # who is in the way may leave later
+            if not self.recovery.is_finished(settings):
+                self._stuck.reset()  # try the route again
         self.recovery.end(robot)
         reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
         costmap = planning.costmap_around(known, robot, reach)
