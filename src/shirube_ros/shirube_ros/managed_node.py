@@ -1,7 +1,8 @@
 """Base class of the nodes: a lifecycle node that by default configures and activates itself."""
 
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, TypeVar, cast
 
@@ -66,21 +67,22 @@ class ManagedNode(LifecycleNode):
             SettingsError: an invalid parameter.
         """
         super().__init__(name, **options)
-        self._survive_invalid_transitions()
-        self._settings_by_class: dict[type, object] = {}
-        self._fault: Exception | None = None
-        self._is_starting = False
-        self._user_errors: tuple[type[Exception], ...] = (SettingsError, OSError, *self.ERRORS)
-        self.declare(LifecycleSettings)
-        self.declare_settings()
-        reject_misspelled_parameters(self)
-        self.check_settings()
-        self._guard = CallbackGuard(self, self.ERRORS)
-        self._guard.is_active = False
-        self._inputs = InputWatch(self, self._guard.counts)
-        self._diagnostics = Diagnostics(self, self._guard.counts, self._current_status, self._inputs)
-        self._permanent_entities = {kind: set(getattr(self, f'{kind}s')) for kind in _ENTITIES}
-        self._permanent_names: set[str] = set()
+        with self._destroyed_on_error():
+            self._survive_invalid_transitions()
+            self._settings_by_class: dict[type, object] = {}
+            self._fault: Exception | None = None
+            self._is_starting = False
+            self._user_errors: tuple[type[Exception], ...] = (SettingsError, OSError, *self.ERRORS)
+            self.declare(LifecycleSettings)
+            self.declare_settings()
+            reject_misspelled_parameters(self)
+            self.check_settings()
+            self._guard = CallbackGuard(self, self.ERRORS)
+            self._guard.is_active = False
+            self._inputs = InputWatch(self, self._guard.counts)
+            self._diagnostics = Diagnostics(self, self._guard.counts, self._current_status, self._inputs)
+            self._permanent_entities = {kind: set(getattr(self, f'{kind}s')) for kind in _ENTITIES}
+            self._permanent_names: set[str] = set()
 
     # What a node implements.
 
@@ -156,10 +158,10 @@ class ManagedNode(LifecycleNode):
             self.get_logger().info('unconfigured; waiting for a lifecycle manager (autostart is false)')
             return
         self._is_starting = True
-        for trigger in (self.trigger_configure, self.trigger_activate):
-            if trigger() is not TransitionCallbackReturn.SUCCESS:
-                assert self._fault is not None  # noqa: S101 for the type checker
-                raise self._fault
+        with self._destroyed_on_error():
+            for trigger in (self.trigger_configure, self.trigger_activate):
+                if trigger() is not TransitionCallbackReturn.SUCCESS and self._fault:
+                    raise self._fault
         self._is_starting = False
 
     def stop(self) -> None:
@@ -210,6 +212,15 @@ class ManagedNode(LifecycleNode):
         self._guard.is_active = False
         self._release()
         return TransitionCallbackReturn.SUCCESS
+
+    @contextmanager
+    def _destroyed_on_error(self) -> Iterator[None]:
+        """Destroy a node that cannot start; left to the garbage collector, it can block the process at any time."""
+        try:
+            yield
+        except BaseException:
+            super().destroy_node()
+            raise
 
     def _survive_invalid_transitions(self) -> None:
         """Refuse a transition that the state does not have; rclpy would end the node."""

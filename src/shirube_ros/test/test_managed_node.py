@@ -9,6 +9,7 @@ from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState
 from node_testing import IsolatedGraph
 from rcl_interfaces.srv import SetParametersAtomically
+from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
@@ -116,6 +117,22 @@ class Manager:
         self._input.publish(Float64(data=number))
         self._graph.spin_until(lambda: any(value >= 0.0 for value in self.received), 0.5)
         return next((value for value in self.received if value >= 0.0), None)
+
+
+@pytest.mark.parametrize('parameters', [{'factor': -1.0}, {'file': 'missing'}])
+def test_a_node_that_cannot_start_is_destroyed_at_once(graph: IsolatedGraph, parameters: dict[str, object]) -> None:
+    # Destroyed later, by the garbage collector, it once blocked a process for good.
+    nodes: list[Scaler] = []
+
+    class Failing(Scaler):
+        def declare_settings(self) -> None:
+            nodes.append(self)
+            super().declare_settings()
+
+    with pytest.raises((SettingsError, OSError)):
+        graph.add(Failing, **parameters)
+    with pytest.raises(InvalidHandle), nodes[0].handle:
+        pass
 
 
 def test_a_manager_takes_the_node_through_its_states_and_back(graph: IsolatedGraph) -> None:
