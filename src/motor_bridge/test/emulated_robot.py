@@ -116,10 +116,14 @@ class Robot:
         with self.lock:
             return self.controller.wheel_speeds[0] > 1.0
 
-    def error(self):
-        """Position error of odometry when the robot is stopped [m]."""
+    def settle(self):
+        """Wait until the robot is stopped and odometry has noticed."""
         self.until(self.is_stopped)
         seen = len(self.odometry)
-        self.until(lambda: len(self.odometry) > seen + 2)
+        self.until(lambda: len(self.odometry) > seen + 2 and self.odometry[-1].twist.twist.linear.x == 0.0)
+
+    def error(self):
+        """Position error of odometry when the robot is stopped [m]."""
+        self.settle()
         pose = planar_pose(self.odometry[-1].pose.pose, 'odom')
         return pose.distance_to(self.controller.T_world_base)

@@ -114,7 +114,7 @@ def test_the_motors_stop_when_the_node_is_deactivated_and_an_emergency_stop_then
 
 def test_odometry_is_reset_on_request(robot):
     robot.drive(0.6, 0.3)
-    robot.until(robot.is_stopped)
+    robot.settle()
     answer = robot.call('reset_odometry')
     assert (answer.success, answer.message) == (True, 'odometry reset to the origin')
     seen = len(robot.odometry)
