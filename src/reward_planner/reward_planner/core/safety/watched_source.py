@@ -67,6 +67,7 @@ class WatchedSource:
         self._memory = RangeMemory(self._source, self._settings.memory)
         self._tracker = ClusterTracker()
         self._cells, self._motion = self._memory.obstacles(), CellMotion(np.zeros((0, 2)), np.zeros(0))
+        self._mapped_count = 0  # of the cells; the others are predicted
 
     def invalidate(self, fault: str) -> None:
         """Stop the robot until the next valid measurement, for a reason."""
@@ -108,6 +109,7 @@ class WatchedSource:
     def _append_hidden(self, motion: CellMotion) -> None:
         """Add those who left the field of view."""
         hidden, cells = self._tracker.hidden(), self._cells
+        self._mapped_count = len(cells.xy)
         kind = np.full(len(hidden.xy), MOVING, dtype=np.int8)
         self._cells = ObstacleCells(
             np.concatenate([cells.xy, hidden.xy]),
@@ -137,9 +139,9 @@ class WatchedSource:
         return RangeFrame(frame.origin, frame.ends[kept], frame.is_hit[kept])
 
     def count_inside(self, footprint: Footprint, T_odom_base: SE2) -> int:
-        """Return how many cells are seen within the footprint; older ones there are forgotten."""
+        """Return how many cells are seen within the footprint; older ones there are forgotten, predicted ones stay."""
         xy = T_odom_base.inverse().transform(self._cells.xy)
-        near = np.flatnonzero(np.hypot(*xy.T) < footprint.radius)
+        near = np.flatnonzero(np.hypot(*xy[: self._mapped_count].T) < footprint.radius)
         inside = near[footprint.distances(xy[near]) < 0.0]
         is_seen = self._cells.stamp[inside] == self._stamp
         self._memory.forget(self._cells.xy[inside[~is_seen]])
