@@ -8,15 +8,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from time import monotonic
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 import rclpy
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header, String
 
@@ -26,6 +28,7 @@ from shirube_bags.lockstep import replay_in_lockstep
 from shirube_bags.trajectory_files import header_stamp
 from shirube_bringup.free_domain import free_domain
 from shirube_core.geometry import SE2
+from shirube_ros.managed_node import ManagedNode
 from shirube_ros.message_conversion import planar_pose
 from shirube_ros.node import node_executor
 from shirube_ros.quality_of_service import pose_profile
@@ -74,6 +77,40 @@ class IsolatedGraph:
         self.executor.shutdown()
         for node in self._nodes:
             node.destroy_node()
+
+
+class NodeUser:
+    """Publishes what a node subscribes to, and listens to what it publishes."""
+
+    node: ManagedNode
+    robot: Node
+    publishers: dict[str, Publisher]
+    reports: list[DiagnosticStatus]
+    _graph: IsolatedGraph
+
+    def wait_for(self, messages: list[Any], number: int = 1) -> None:
+        """Wait until so many messages have arrived."""
+        assert self._graph.spin_until(lambda: len(messages) >= number)
+
+    def report(self) -> DiagnosticStatus:
+        """Return the next status in the diagnostics."""
+        self.wait_for(self.reports, len(self.reports) + 1)
+        return self.reports[-1]
+
+    def listen(self, kind: type, name: str) -> list[Any]:
+        """Return the list to which messages of a topic below the node's name are appended."""
+        received: list[Any] = []
+        topic = f'{self.node.get_fully_qualified_name()}/{name}'
+        self.robot.create_subscription(kind, topic, received.append, 10)
+        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
+        return received
+
+    def send(self, topic: str, message: Any) -> None:
+        """Publish a message and wait until the node has received it."""
+        guard = self.node._guard
+        before = guard.counts[topic].received
+        self.publishers[topic].publish(message)
+        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from localizer_results import COVARIANCE, POSE, REASON, a_fix, no_fix
 from memory_tf import MemoryTf
 from nav_msgs.msg import Odometry
-from node_testing import IsolatedGraph, run_in_process
+from node_testing import IsolatedGraph, NodeUser, run_in_process
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import Header
@@ -58,7 +58,7 @@ class FakeTracker:
         return self.answer
 
 
-class Robot:
+class Robot(NodeUser):
     """The node under test and a node that simulates the rest of the robot."""
 
     def __init__(self, graph: IsolatedGraph, **parameters: Any) -> None:
@@ -68,7 +68,7 @@ class Robot:
         self.robot = graph.add(lambda **options: Node('robot', **options))
         inputs = {'image_raw': Image, 'camera_info': CameraInfo, 'odom': Odometry}
         inputs['initialpose'] = PoseWithCovarianceStamped
-        self._publishers = {name: self.robot.create_publisher(inputs[name], name, 10) for name in inputs}
+        self.publishers = {name: self.robot.create_publisher(inputs[name], name, 10) for name in inputs}
         self.poses = self.listen(PoseStamped, 'pose')
         self.reports: list[DiagnosticStatus] = []
         self.robot.create_subscription(
@@ -85,37 +85,16 @@ class Robot:
 
     def _is_connected(self) -> bool:
         topics = ('/floor_localizer/pose', '/diagnostics')
-        counts = [publisher.get_subscription_count() for publisher in self._publishers.values()]
+        counts = [publisher.get_subscription_count() for publisher in self.publishers.values()]
         return {*counts, *(self.robot.count_publishers(topic) for topic in topics)} == {1}
 
     @property
     def tracker(self) -> FakeTracker:
         return self.trackers[-1]
 
-    def listen(self, kind: type, name: str) -> list[Any]:
-        received: list[Any] = []
-        subscription = self.robot.create_subscription(kind, f'/floor_localizer/{name}', received.append, 10)
-        topic = subscription.topic_name
-        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
-        return received
-
-    def send(self, topic: str, message: Any) -> None:
-        guard = self.node._guard
-        before = guard.counts[topic].received
-        self._publishers[topic].publish(message)
-        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
-
     def send_image(self, stamp: float = 10.0) -> None:
         self.send('camera_info', INFO)
         self.send('image_raw', image_from_array(PIXELS, header(stamp, 'belly_optical_frame')))
-
-    def report(self) -> DiagnosticStatus:
-        before = len(self.reports)
-        assert self._graph.spin_until(lambda: len(self.reports) > before)
-        return self.reports[-1]
-
-    def wait_for(self, messages: list[Any], number: int = 1) -> None:
-        assert self._graph.spin_until(lambda: len(messages) >= number)
 
 
 def values_of(report: DiagnosticStatus) -> dict[str, str]:

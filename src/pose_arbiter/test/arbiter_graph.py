@@ -5,6 +5,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
+from node_testing import NodeUser
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
@@ -18,7 +19,7 @@ START = 100.0
 NOISE = np.diag([1e-4, 1e-4, 1e-4])
 
 
-class Robot:
+class Robot(NodeUser):
     """Drives along x at 0.5 m/s; `a` publishes poses with covariance, `b` without."""
 
     def __init__(self, graph, *, clock=True, **parameters):
@@ -33,7 +34,7 @@ class Robot:
             'odom': (Odometry, 'odom'),
             'initialpose': (PoseWithCovarianceStamped, 'initialpose'),
         }
-        self._publishers = {name: self.robot.create_publisher(kind, topic, 10) for name, (kind, topic) in kinds.items()}
+        self.publishers = {name: self.robot.create_publisher(kind, topic, 10) for name, (kind, topic) in kinds.items()}
         self.poses, self.odometry, self.reports = [], [], []
         listen = self.robot.create_subscription
         listen(PoseStamped, '/pose_arbiter/pose', self.poses.append, 100)
@@ -41,7 +42,7 @@ class Robot:
         listen(DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10)
         assert graph.spin_until(
             lambda: (
-                all(p.get_subscription_count() == 1 for p in self._publishers.values())
+                all(p.get_subscription_count() == 1 for p in self.publishers.values())
                 and self._clock.get_subscription_count() >= 1
                 and self.robot.count_publishers('/pose_arbiter/pose') == 1
                 and self.robot.count_publishers('/pose_arbiter/odometry') == 1
@@ -63,12 +64,6 @@ class Robot:
 
     def header(self, frame='map', ago=0.0):
         return Header(stamp=stamp(self.now - ago), frame_id=frame)
-
-    def send(self, name, message):
-        counts = self.node._guard.counts
-        before = counts[name].received
-        self._publishers[name].publish(message)
-        assert self._graph.spin_until(lambda: counts[name].received > before)
 
     def publish_a(self, pose=None, noise=NOISE, **header):
         self.send('a', pose_with_covariance_stamped(pose or self.pose, noise, self.header(**header)))
@@ -94,12 +89,6 @@ class Robot:
 
     def refusals(self, name):
         return list(self.node._guard.counts[name].rejected)
-
-    def report(self):
-        """Return the next status in the diagnostics."""
-        before = len(self.reports)
-        assert self._graph.spin_until(lambda: len(self.reports) > before)
-        return self.reports[-1]
 
     def call_reset(self):
         client = self.robot.create_client(Trigger, '/pose_arbiter/reset')

@@ -4,7 +4,7 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from node_testing import cloud_from_points
+from node_testing import NodeUser, cloud_from_points
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
@@ -31,7 +31,7 @@ TOPICS = {
 }
 
 
-class Robot:
+class Robot(NodeUser):
     """The node under test and a simulated robot, in simulated time."""
 
     def __init__(self, graph, **parameters):
@@ -44,7 +44,7 @@ class Robot:
         self._clock = self.robot.create_publisher(Clock, '/clock', 10)
         topics = ['pose', 'goal_pose', 'command']
         topics += ['depth/image', 'depth/camera_info'] if parameters.get('source') == 'depth' else ['points']
-        self._publishers = {t: self.robot.create_publisher(TOPICS[t], t, 10) for t in topics}
+        self.publishers = {t: self.robot.create_publisher(TOPICS[t], t, 10) for t in topics}
         self.reports, self.velocities = [], []
         self.robot.create_subscription(
             DiagnosticArray, '/diagnostics', lambda array: self.reports.extend(array.status), 10
@@ -52,7 +52,7 @@ class Robot:
         self.robot.create_subscription(TwistStamped, 'cmd_vel', self.velocities.append, 10)
         assert graph.spin_until(
             lambda: (
-                all(p.get_subscription_count() == 1 for p in self._publishers.values())
+                all(p.get_subscription_count() == 1 for p in self.publishers.values())
                 and self._clock.get_subscription_count() >= 1
             )
         )
@@ -70,12 +70,6 @@ class Robot:
         self.robot.create_subscription(kind, topic, received.append, profile)
         assert self._graph.spin_until(lambda: self.robot.count_publishers(topic) == 1)
         return received
-
-    def send(self, topic, message):
-        guard = self.node._guard
-        before = guard.counts[topic].received
-        self._publishers[topic].publish(message)
-        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
 
     def header(self, frame='map', ago=0.0):
         return Header(stamp=stamp(self.now - ago), frame_id=frame)

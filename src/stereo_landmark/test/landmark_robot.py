@@ -8,7 +8,7 @@ from unittest.mock import Mock
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
-from node_testing import IsolatedGraph
+from node_testing import IsolatedGraph, NodeUser
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from scipy.spatial.transform import Rotation
@@ -22,7 +22,7 @@ from stereo_landmark.core.pair.pair_stream import PairStream
 from stereo_landmark.node import StereoLandmarkNode
 
 
-class Robot:
+class Robot(NodeUser):
     """The node under test and its publishers and subscribers.
 
     Attributes:
@@ -57,33 +57,12 @@ class Robot:
     def stream(self) -> Mock:
         return self.streams[-1]
 
-    def listen(self, kind: type, name: str) -> list[Any]:
-        received: list[Any] = []
-        subscription = self.robot.create_subscription(kind, f'/stereo_landmark/{name}', received.append, 10)
-        topic = subscription.topic_name
-        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
-        return received
-
-    def send(self, topic: str, message: Any) -> None:
-        guard = self.node._guard
-        before = guard.counts[topic].received
-        self.publishers[topic].publish(message)
-        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
-
     def send_pair(self, stamp: float = 10.0, pair: Any = None, later: float = 0.0) -> None:
         images = seen(TAUGHT) if pair is None else pair
         for side, image, calibration in zip(SIDES, images, CALIBRATIONS, strict=True):
             self.send(f'{side}/camera_info', info(calibration))
             when = stamp + (later if side == 'right' else 0.0)
             self.send(f'{side}/image_rect', image_from_array(image, header(when, f'{side}_optical_frame')))
-
-    def report(self) -> DiagnosticStatus:
-        before = len(self.reports)
-        assert self._graph.spin_until(lambda: len(self.reports) > before)
-        return self.reports[-1]
-
-    def wait_for(self, messages: list[Any], number: int = 1) -> None:
-        assert self._graph.spin_until(lambda: len(messages) >= number)
 
 
 def input_publishers(node: Node) -> dict[str, Publisher]:

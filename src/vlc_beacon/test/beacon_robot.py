@@ -10,7 +10,7 @@ from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Quaternion, QuaternionStamped
 from nav_msgs.msg import Odometry
-from node_testing import IsolatedGraph
+from node_testing import IsolatedGraph, NodeUser
 from rclpy.node import Node
 from receptions import POSE, with_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
@@ -50,7 +50,7 @@ class FakeReceiver:
         return self.answer
 
 
-class Robot:
+class Robot(NodeUser):
     """The node under test and a robot around it."""
 
     def __init__(self, graph: IsolatedGraph, beacons_file: Path, **parameters: Any) -> None:
@@ -58,7 +58,7 @@ class Robot:
         self.receivers: list[FakeReceiver] = []
         self.node = graph.add(self._make_node, beacons_file=str(beacons_file), **parameters)
         self.robot = graph.add(lambda **options: Node('robot', **options))
-        self._publishers = {topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in TOPICS}
+        self.publishers = {topic: self.robot.create_publisher(kind, topic, 10) for topic, kind in TOPICS}
         self.poses = self.listen(PoseStamped, 'pose')
         self.reports: list[DiagnosticStatus] = []
         self.robot.create_subscription(DiagnosticArray, '/diagnostics', self._add_reports, 10)
@@ -75,7 +75,7 @@ class Robot:
         return VlcBeaconNode(create_receiver, **options)  # type: ignore[arg-type]
 
     def _is_connected(self) -> bool:
-        counts = [publisher.get_subscription_count() for publisher in self._publishers.values()]
+        counts = [publisher.get_subscription_count() for publisher in self.publishers.values()]
         counts += [self.robot.count_publishers(topic) for topic in ('/vlc_beacon/pose', '/diagnostics')]
         return set(counts) == {1}
 
@@ -83,32 +83,12 @@ class Robot:
     def receiver(self) -> FakeReceiver:
         return self.receivers[-1]
 
-    def listen(self, kind: type, name: str) -> list[Any]:
-        received: list[Any] = []
-        subscription = self.robot.create_subscription(kind, f'/vlc_beacon/{name}', received.append, 10)
-        topic = subscription.topic_name
-        assert self._graph.spin_until(lambda: self.node.count_subscribers(topic) == 1)
-        return received
-
-    def send(self, topic: str, message: Any) -> None:
-        guard = self.node._guard
-        before = guard.counts[topic].received
-        self._publishers[topic].publish(message)
-        assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
-
     def send_image(self, stamp: float = 10.0) -> None:
         self.send('camera_info', INFO)
         self.send('image_raw', image_from_array(PIXELS, header(stamp, 'ceiling_optical_frame')))
 
-    def report(self) -> DiagnosticStatus:
-        self.wait_for(self.reports, len(self.reports) + 1)
-        return self.reports[-1]
-
     def wait_until(self, is_over: Callable[[], bool]) -> None:
         assert self._graph.spin_until(is_over)
-
-    def wait_for(self, messages: list[Any], number: int = 1) -> None:
-        self.wait_until(lambda: len(messages) >= number)
 
 
 def header(stamp: float, frame: str) -> Header:
