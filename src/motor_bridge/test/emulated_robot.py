@@ -82,6 +82,7 @@ class Robot:
         self.velocities.publish(message)
 
     def drive(self, seconds, forward, turn=0.0):
+        self._command = forward, turn
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             self.send(forward, turn)
@@ -112,7 +113,16 @@ class Robot:
         with self.lock:
             return self.controller.is_stopped
 
-    def is_driving(self):
+    def is_driving(self, patience=5.0, keep=lambda: None):
+        """Whether the wheels turn, with the last command sent again for so long: a busy machine may pause it [s]."""
+        end = time.monotonic() + patience
+        while not (turns := self._wheels_turn()) and time.monotonic() < end:
+            keep()
+            self.send(*self._command)
+            self.wait(0.05)
+        return turns
+
+    def _wheels_turn(self):
         with self.lock:
             return self.controller.wheel_speeds[0] > 1.0
 
