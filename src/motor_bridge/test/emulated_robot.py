@@ -113,8 +113,8 @@ class Robot:
         with self.lock:
             return self.controller.is_stopped
 
-    def is_driving(self, patience=5.0, keep=lambda: None):
-        """Whether the wheels turn, with the last command sent again for so long: a busy machine may pause it [s]."""
+    def is_driving(self, patience=0.0, keep=lambda: None):
+        """Whether the wheels turn, at once, or with the last command sent again for so long [s]."""
         end = time.monotonic() + patience
         while not (turns := self._wheels_turn()) and time.monotonic() < end:
             keep()
