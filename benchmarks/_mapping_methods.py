@@ -57,24 +57,6 @@ class Voxels:
         return dense
 
 
-class FrameUnion:
-    """A map without the mean of 2.2.2, step 3: what any single frame held occupied stays so."""
-
-    def __init__(self, settings: VoxelSettings) -> None:
-        self._settings = settings
-        self._occupied = np.zeros(dense_shape(settings), dtype=np.bool_)
-
-    def add(self, stamp: float, points: NDArray[np.float32], view: SensorView) -> None:
-        """Take a frame."""
-        frame = Voxels(self._settings)
-        frame.add(stamp, points, view)
-        self._occupied = self._occupied | frame.occupied()
-
-    def occupied(self) -> Dense:
-        """Return the voxels that were ever occupied."""
-        return self._occupied
-
-
 class OctoMap:
     """OctoMap by its Python bindings, with its own default sensor model and the range of our settings."""
 

@@ -6,13 +6,12 @@ walls in any case). It had free rays if a clean frame's rays passed one of its f
 occupied in the run without phantoms. Settings are the defaults, which `voxel_speed` uses too.
 """
 
-from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from collections.abc import Callable, Container, Iterator
 
 import numpy as np
 from _figures import count, rate
 from _harness import Option, Run, progress, run_benchmark
-from _mapping_methods import FIRST_TILE, PYOCTOMAP, TILES, Dense, FrameUnion, Method, OctoMap, Voxels, dense_shape
+from _mapping_methods import FIRST_TILE, PYOCTOMAP, TILES, Dense, Method, OctoMap, Voxels, dense_shape
 from _voxel_scenes import ROOM, moving_poses, points_at, stationary_poses, view_at
 from numpy.typing import NDArray
 
@@ -25,7 +24,6 @@ FRACTION = 0.03
 PERIOD = 0.1
 SETTINGS = VoxelSettings()
 METHODS: dict[str, Callable[[], Method]] = {
-    '`count`, frames joined by OR': lambda: FrameUnion(VoxelSettings(rule='count')),
     'the paper: `count`, mean over time': lambda: Voxels(VoxelSettings(rule='count')),
     '`range_normalised`, mean over time': lambda: Voxels(VoxelSettings(rule='range_normalised')),
     '`log_odds`': lambda: Voxels(SETTINGS),
@@ -40,13 +38,6 @@ PHANTOMS = {
 Frames = Iterator[tuple[NDArray[np.float32], SensorView]]
 
 
-class CleanRun(NamedTuple):
-    """Voxels that a method held occupied without phantoms: ever, and in the end."""
-
-    ever: Dense
-    last: Dense
-
-
 def frames_of(poses: list[SE2], patch: int | None, *, same: bool, seed: int) -> Frames:
     """Yield the frames of a run, with phantoms in the first half unless patch is None."""
     for k, pose in enumerate(poses):
@@ -56,26 +47,13 @@ def frames_of(poses: list[SE2], patch: int | None, *, same: bool, seed: int) -> 
         yield points_at(ROOM, pose, rng, (FRACTION, patch or 1), phantom_rng), view_at(pose)
 
 
-def occupied_over(methods: dict[str, Method], frames: Frames, half: int) -> dict[str, list[Dense]]:
-    """Return what each method holds occupied after half of the frames and after all."""
-    held: dict[str, list[Dense]] = {name: [] for name in methods}
+def occupied_after(methods: dict[str, Method], frames: Frames, wanted: Container[int]) -> Iterator[tuple[str, Dense]]:
+    """Yield what each method holds occupied after the wanted numbers of frames."""
     for k, (points, view) in enumerate(frames):
         for name, method in methods.items():
             method.add(PERIOD * k, points, view)
-            if k + 1 in {half, 2 * half}:
-                held[name].append(method.occupied())
-    return held
-
-
-def clean_run(methods: dict[str, Method], frames: Frames) -> dict[str, CleanRun]:
-    """Return what each method holds occupied ever and in the end."""
-    runs: dict[str, CleanRun] = {}
-    for k, (points, view) in enumerate(frames):
-        for name, method in methods.items():
-            method.add(PERIOD * k, points, view)
-            now = method.occupied()
-            runs[name] = CleanRun(now | runs[name].ever if k else now, now)
-    return runs
+            if k + 1 in wanted:
+                yield name, method.occupied()
 
 
 def traversed_by_clean_frames(poses: list[SE2], seed: int) -> Dense:
@@ -105,22 +83,28 @@ def main(run: Run, frames: int) -> None:
     pyoctomap = run.peer(*PYOCTOMAP)
     if pyoctomap is not None:
         methods['pyoctomap'] = lambda: OctoMap(pyoctomap, SETTINGS)
+
+    def new_methods() -> dict[str, Method]:
+        return {name: make() for name, make in methods.items()}
+
     heads = 'phantoms | method | false cells after the phantoms | left after clean frames | of these with free rays'
     drives = {'Stationary robot': stationary_poses(2 * frames), 'Moving robot': moving_poses(2 * frames)}
     for drive, poses in drives.items():
         passed = traversed_by_clean_frames(poses, run.seed)
         clean_frames = frames_of(poses, None, same=False, seed=run.seed)
-        clean = clean_run({name: make() for name, make in methods.items()}, clean_frames)
+        ever, last = dict[str, Dense](), dict[str, Dense]()  # without phantoms
+        for name, now in occupied_after(new_methods(), clean_frames, range(2 * frames + 1)):
+            ever[name], last[name] = ever.get(name, now) | now, now
         table = run.table(drive, heads, 'true cells lost')
         for kind, (patch, same) in progress(PHANTOMS.items(), drive):
             spoilt = frames_of(poses, patch, same=same, seed=run.seed)
-            held = occupied_over({name: make() for name, make in methods.items()}, spoilt, frames)
-            for name, (first, last) in held.items():
-                spurious = [now & ~clean[name].ever & ~solid[..., None] for now in (first, last)]
-                before, after = (each.any(axis=2) & ~clean[name].ever.any(axis=2) for each in spurious)
+            held = list(occupied_after(new_methods(), spoilt, (frames, 2 * frames)))
+            for (name, first), (_, end) in zip(held[: len(methods)], held[len(methods) :], strict=True):
+                spurious = [now & ~ever[name] & ~solid[..., None] for now in (first, end)]
+                before, after = (each.any(axis=2) & ~ever[name].any(axis=2) for each in spurious)
                 with_rays = after & (spurious[1] & passed).any(axis=2)
-                true = clean[name].last.any(axis=2) & solid
-                lost = true & ~last.any(axis=2)
+                true = last[name].any(axis=2) & solid
+                lost = true & ~end.any(axis=2)
                 numbers = (count(int(cells.sum()), better='lower') for cells in (before, after, with_rays))
                 table.add(kind, name, *numbers, rate(int(lost.sum()), int(true.sum()), 'lower'))
 
