@@ -1,4 +1,4 @@
-"""The room of EuRoC V1_01: two raw stereo pairs with their calibration, and the truth of both moments."""
+"""The room of EuRoC V1_01: two raw stereo pairs with their calibration and truth; displacements between pairs."""
 
 import json
 from pathlib import Path
@@ -6,12 +6,16 @@ from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
+from _stereo_peers import FeaturePipeline, level_displacement
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from shirube_core.geometry import CameraMount, PinholeCamera, wrap_angle
+from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
 from stereo_landmark.core.pair.camera_pair import CameraCalibration, Rectifier, stereo_rig
 from stereo_landmark.core.stereo import StereoRig
+from stereo_landmark.core.view_localizer import state_of
+from stereo_landmark.files.camera_files import load_grey_image
 
 # The body is an IMU with x up, y right and z ahead; the base has x ahead, y left and z up.
 _R_BODY_BASE = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
@@ -44,28 +48,40 @@ def true_displacement(taught: Moment, now: Moment) -> NDArray[np.float64]:
     return np.array([*shift, wrap_angle(now.rpy[2] - taught.rpy[2])])
 
 
+def find_by_targets(localizer: LandmarkLocalizer, now: Moment) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the displacement found, as `true_displacement`, and its variances, shape (4,); NaN without a pose."""
+    fix = localizer.locate(now.left, now.right, now.tilt)
+    if not isinstance(fix, LandmarkFix):
+        return np.full(4, np.nan), np.full(4, np.nan)
+    return state_of(fix.displacement)[:4], fix.displacement.covariance.diagonal()
+
+
+def find_by_features(
+    taught: Moment, then: FeaturePipeline, now: Moment, pipeline: FeaturePipeline
+) -> NDArray[np.float64]:
+    """Return the displacement that pipelines with the cameras of then and of now find; NaN without a pose."""
+    motion = pipeline.motion(then.teach((taught.left, taught.right)), pipeline.features(now.left))
+    return np.full(4, np.nan) if motion is None else level_displacement(*motion, taught.tilt, pipeline.rig)
+
+
 def load_real_pairs(folder: Path) -> RealPairs:
     """Load ``stereo_euroc/``.
 
     Raises:
-        OSError: a file cannot be read.
+        OSError: the truth cannot be read.
+        ImageFileError: an image cannot be read.
     """
     truth = json.loads((folder / 'calibration_and_truth.json').read_text())
     calibrations = _calibrations(truth)
     rectifiers = [Rectifier(each) for each in calibrations]
     moments = {}
     for frame in truth['frames']:
-        images = []
-        for side, rectifier in zip(('left', 'right'), rectifiers, strict=True):
-            path = folder / f'{frame["t"]}_{side}.png'
-            raw = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-            if raw is None:
-                raise OSError(f'{path}: no image')
-            images.append(rectifier.rectify(np.asarray(raw, dtype=np.uint8)))
+        paths = (folder / f'{frame["t"]}_{side}.png' for side in ('left', 'right'))
+        left, right = (each.rectify(load_grey_image(path)) for each, path in zip(rectifiers, paths, strict=True))
         w, x, y, z = frame['q_wxyz']
         R_room_base = Rotation.from_quat([x, y, z, w]).as_matrix() @ _R_BODY_BASE
-        rpy = tuple(float(angle) for angle in Rotation.from_matrix(R_room_base).as_euler('xyz'))
-        moments[frame['role']] = Moment(images[0], images[1], np.array(frame['p']), (rpy[0], rpy[1], rpy[2]))
+        roll, pitch, yaw = Rotation.from_matrix(R_room_base).as_euler('xyz').tolist()
+        moments[frame['role']] = Moment(left, right, np.array(frame['p']), (roll, pitch, yaw))
     T_body_left = np.array(truth['T_BS_cam0'])
     R_left_rectified = np.array(calibrations[0].rotation).reshape(3, 3).T
     R_base_optical = _R_BODY_BASE.T @ T_body_left[:3, :3] @ R_left_rectified
@@ -77,14 +93,13 @@ def load_real_pairs(folder: Path) -> RealPairs:
 
 def _calibrations(truth: dict[str, Any]) -> tuple[CameraCalibration, CameraCalibration]:
     """Return both calibrations as camera_calibration would write them."""
-    cameras, poses = [], []
-    for entry, pose in ((truth['cam0'], 'T_BS_cam0'), (truth['cam1'], 'T_BS_cam1')):
-        fx, fy, cx, cy = entry['intrinsics_fx_fy_cx_cy']
-        k1, k2, p1, p2 = entry['distortion_k1_k2_p1_p2']
-        cameras.append(PinholeCamera(entry['width'], entry['height'], fx, fy, cx, cy, (k1, k2, p1, p2, 0.0)))
-        poses.append(np.array(truth[pose]))
-    T_right_left = np.linalg.inv(poses[1]) @ poses[0]
-    left, right = cameras
+    left, right = (
+        PinholeCamera(
+            *(each['width'], each['height'], *each['intrinsics_fx_fy_cx_cy'], (*each['distortion_k1_k2_p1_p2'], 0.0))
+        )
+        for each in (truth['cam0'], truth['cam1'])
+    )
+    T_right_left = np.linalg.inv(np.array(truth['T_BS_cam1'])) @ np.array(truth['T_BS_cam0'])
     R_left, R_right, P_left, P_right, *_ = cv2.stereoRectify(
         *(left.matrix, np.array(left.distortion), right.matrix, np.array(right.distortion)),
         *((left.width, left.height), T_right_left[:3, :3], T_right_left[:3, 3:]),

@@ -48,9 +48,8 @@ def cases(run: Run, tiles: tuple[float, ...]) -> Iterator[Case]:
     """Yield what there is to look for."""
     try:
         pairs = load_real_pairs(run.data('stereo_euroc'))
-        now = pairs.moments['repeat']
-        place = TargetChooser(pairs.moments['teach'], pairs.rig, THRESHOLD).place(0)
-        then = pairs.moments['teach']
+        then, now = pairs.moments['teach'], pairs.moments['repeat']
+        place = TargetChooser(then, pairs.rig, THRESHOLD).place(0)
         yield Case('EuRoC V1_01', place, (now.left, now.right), (then.left, then.right), now.tilt)
     except MissingError as missing:
         run.note(f'Photographs: {missing}')

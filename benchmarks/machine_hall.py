@@ -11,20 +11,21 @@ from pathlib import Path
 
 import cv2
 import numpy as np
-import yaml
 from _figures import count, error, mean, rate
 from _harness import Option, Run, progress, run_benchmark
-from _real_pairs import Moment
-from _stereo_peers import FeaturePipeline, level_displacement
+from _real_pairs import Moment, find_by_features, find_by_targets
+from _stereo_peers import FeaturePipeline
 from _target_choice import TargetChooser
 from numpy.typing import NDArray
 
-from shirube_core.geometry import CameraMount, PinholeCamera
-from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
+from shirube_core.geometry import CameraMount
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
+from stereo_landmark.core.pair.camera_pair import stereo_rig
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.settings import BOTH, FEATURES, SHAPES, LandmarkSettings
 from stereo_landmark.core.stereo import StereoRig
 from stereo_landmark.core.stereo_landmark_error import StereoLandmarkError
+from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image
 
 METHODS = (SHAPES, FEATURES, BOTH)
 PEER = 'SIFT + stereo + PnP'
@@ -44,28 +45,15 @@ class Hall:
         self.rigs: dict[str, StereoRig] = {}
         for row in csv.DictReader((folder / 'poses.csv').open()):
             name, tilt = row['name'], (float(row['roll']), float(row['pitch']))
-            left, right = (
-                np.asarray(cv2.imread(str(folder / name / f'{side}.png'), cv2.IMREAD_GRAYSCALE), dtype=np.uint8)
-                for side in ('left', 'right')
-            )
+            left, right = (load_grey_image(folder / name / f'{side}.png') for side in ('left', 'right'))
             self.moments[name] = Moment(left, right, np.zeros(3), (*tilt, 0.0))
-            self.rigs[name] = self._rig(folder / name)
+            first, second = (load_camera_calibration(folder / name / f'{side}.yaml') for side in ('left', 'right'))
+            self.rigs[name] = stereo_rig(first, second, self.mount)
         rows = list(csv.DictReader((folder / 'relative.csv').open()))
-        truths = {(row['teach'], row['return']): _displacement(row) for row in rows}
+        truths = {
+            (r['teach'], r['return']): np.array([float(r[f'd{k}']) for k in ('x', 'y', 'z', 'yaw')]) for r in rows
+        }
         self.truths = {key: each for key, each in truths.items() if np.linalg.norm(each[:3]) >= DISTANCE_MIN}
-
-    def _rig(self, folder: Path) -> StereoRig:
-        files = [yaml.safe_load((folder / f'{side}.yaml').read_text()) for side in ('left', 'right')]
-        projections = [np.array(each['projection_matrix']['data']).reshape(3, 4) for each in files]
-        left, right = (
-            PinholeCamera(file['image_width'], file['image_height'], P[0, 0], P[1, 1], P[0, 2], P[1, 2])
-            for file, P in zip(files, projections, strict=True)
-        )
-        return StereoRig(left, right, -projections[1][0, 3] / projections[1][0, 0], self.mount)
-
-
-def _displacement(row: dict[str, str]) -> NDArray[np.float64]:
-    return np.array([float(row[name]) for name in ('dx', 'dy', 'dz', 'dyaw')])
 
 
 def teach(hall: Hall, name: str) -> TaughtPlace | None:
@@ -75,18 +63,6 @@ def teach(hall: Hall, name: str) -> TaughtPlace | None:
         return chooser.place(0)
     except StereoLandmarkError:
         return None
-
-
-def locate(place: TaughtPlace, hall: Hall, name: str, method: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the displacement found in a pair and its variances, shape (4,) both; NaN without a pose."""
-    moment = hall.moments[name]
-    # Each pair has a baseline of its own, which differs by more than a recalibration changes it.
-    localizer = LandmarkLocalizer([replace(place, rig=hall.rigs[name])], LandmarkSettings(method=method))
-    fix = localizer.locate(moment.left, moment.right, moment.tilt)
-    if not isinstance(fix, LandmarkFix):
-        return np.full(4, np.nan), np.full(4, np.nan)
-    pose = fix.displacement.T_place_base
-    return np.array([pose.x, pose.y, fix.displacement.height, pose.yaw]), fix.displacement.covariance.diagonal()
 
 
 def main(run: Run, step: int) -> None:
@@ -100,15 +76,15 @@ def main(run: Run, step: int) -> None:
     cv2.setRNGSeed(run.seed)
     for begin, end in progress(keys):
         truth, taught = hall.truths[begin, end], hall.moments[begin]
-        known = pipelines[begin].teach((taught.left, taught.right))
-        motion = pipelines[end].motion(known, pipelines[end].features(hall.moments[end].left))
-        found = None if motion is None else level_displacement(*motion, taught.tilt, hall.rigs[end])
-        rows[PEER].append(np.full(4, np.nan) if found is None else found - truth)
+        found = find_by_features(taught, pipelines[begin], hall.moments[end], pipelines[end])
+        rows[PEER].append(found - truth)
         place = places[begin]
         if place is None:
             continue
         for method in METHODS:
-            pose, variance = locate(place, hall, end, method)
+            # Each pair has a baseline of its own, which differs by more than a recalibration changes it.
+            localizer = LandmarkLocalizer([replace(place, rig=hall.rigs[end])], LandmarkSettings(method=method))
+            pose, variance = find_by_targets(localizer, hall.moments[end])
             rows[method].append(pose - truth)
             variances[method].append(variance + _truth_variance(truth))
     _add_table(run, rows, variances)

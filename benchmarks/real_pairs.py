@@ -7,14 +7,13 @@ import cv2
 import numpy as np
 from _figures import error, rate
 from _harness import Option, Run, progress, run_benchmark
-from _real_pairs import Moment, RealPairs, load_real_pairs, true_displacement
-from _stereo_peers import FeaturePipeline, level_displacement
+from _real_pairs import Moment, RealPairs, find_by_features, find_by_targets, load_real_pairs, true_displacement
+from _stereo_peers import FeaturePipeline
 from _target_choice import TargetChooser
 from numpy.typing import NDArray
 
 from shirube_core.geometry import wrap_angle
-from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocalizer
-from stereo_landmark.core.procedure.taught_place import TaughtPlace
+from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.settings import CLOSED_FORM, LandmarkSettings, PlaceSettings
 
 OURS = {
@@ -46,33 +45,18 @@ def _run(pairs: RealPairs, taught: Moment, now: Moment, sets: int) -> Rows:
     for seed in progress(range(sets)):
         place = chooser.place(seed)
         for method, settings in OURS.items():
-            rows[method].append(_error(_ours(place, now, settings), truth))
+            localizer = LandmarkLocalizer([place], LandmarkSettings(place=settings))
+            rows[method].append(_error(find_by_targets(localizer, now)[0], truth))
         for name in ('ORB', 'SIFT'):
-            found = _peer(FeaturePipeline(name, pairs.rig), taught, now, seed)
+            cv2.setRNGSeed(seed)
+            pipeline = FeaturePipeline(name, pairs.rig)
+            found = find_by_features(taught, pipeline, now, pipeline)
             rows[f'{name} + stereo + PnP'].append(_error(found, truth))
     return rows
 
 
-def _peer(pipeline: FeaturePipeline, taught: Moment, now: Moment, seed: int) -> NDArray[np.float64] | None:
-    cv2.setRNGSeed(seed)
-    known = pipeline.teach((taught.left, taught.right))
-    motion = pipeline.motion(known, pipeline.features(now.left))
-    return None if motion is None else level_displacement(*motion, taught.tilt, pipeline.rig)
-
-
-def _ours(place: TaughtPlace, now: Moment, settings: PlaceSettings) -> NDArray[np.float64] | None:
-    localizer = LandmarkLocalizer([place], LandmarkSettings(place=settings))
-    answer = localizer.locate(now.left, now.right, now.tilt)
-    if not isinstance(answer, LandmarkFix):
-        return None
-    pose = answer.displacement.T_place_base
-    return np.array([pose.x, pose.y, answer.displacement.height, pose.yaw])
-
-
-def _error(found: NDArray[np.float64] | None, truth: NDArray[np.float64]) -> NDArray[np.float64]:
+def _error(found: NDArray[np.float64], truth: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the errors of the position [cm], in space, and of the heading [°], shape (2,); NaN without a pose."""
-    if found is None:
-        return np.full(2, np.nan)
     yaw = math.degrees(abs(wrap_angle(float(found[3] - truth[3]))))
     return np.array([100.0 * np.linalg.norm(found[:3] - truth[:3]), yaw])
 

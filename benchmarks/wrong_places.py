@@ -11,12 +11,11 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import cv2
 import numpy as np
 from _figures import count, measured, rate
 from _harness import Option, Run, progress, run_benchmark
 from _landmark_corridor import TAUGHT, teach_corridor
-from _real_pairs import Moment, load_real_pairs
+from _real_pairs import Moment, find_by_targets, load_real_pairs
 from _stereo_scenes import RIG, Pair, random_offset
 from _target_choice import TargetChooser
 from machine_hall import RIGHT_POSITION, Hall, teach
@@ -32,7 +31,7 @@ from stereo_landmark.core.landmark_localizer import LandmarkFix, LandmarkLocaliz
 from stereo_landmark.core.pair.camera_pair import Rectifier, stereo_rig
 from stereo_landmark.core.procedure.taught_place import TaughtPlace
 from stereo_landmark.core.stereo import StereoRig
-from stereo_landmark.files.camera_files import load_camera_calibration
+from stereo_landmark.files.camera_files import load_camera_calibration, load_grey_image
 from stereo_landmark.files.place_file import load_places
 
 TILT = (-0.0045, 0.3930)  # roll and pitch of the still machine [rad]
@@ -41,15 +40,14 @@ OFFSET, TURN = 0.5, 0.26  # of the views of other corridors [m, rad]
 
 def still_frames(folder: Path, hall: Hall) -> tuple[StereoRig, list[Moment]]:
     """Return the cameras and the rectified pairs of the machine that stands still."""
-    left, right = (load_camera_calibration(folder / f'euroc_{side}.yaml') for side in ('left', 'right'))
-    rectifiers = Rectifier(left), Rectifier(right)
+    first, second = (load_camera_calibration(folder / f'euroc_{side}.yaml') for side in ('left', 'right'))
+    rectifiers = Rectifier(first), Rectifier(second)
     moments = []
     for path in sorted((folder / 'static').glob('*_left.png')):
-        names = path, path.with_name(path.name.replace('_left', '_right'))
-        raw = (np.asarray(cv2.imread(str(name), cv2.IMREAD_GRAYSCALE), dtype=np.uint8) for name in names)
-        images = [each.rectify(image) for each, image in zip(rectifiers, raw, strict=True)]
-        moments.append(Moment(images[0], images[1], np.zeros(3), (*TILT, 0.0)))
-    return stereo_rig(left, right, hall.mount), moments
+        paths = path, path.with_name(path.name.replace('_left', '_right'))
+        left, right = (each.rectify(load_grey_image(path)) for each, path in zip(rectifiers, paths, strict=True))
+        moments.append(Moment(left, right, np.zeros(3), (*TILT, 0.0)))
+    return stereo_rig(first, second, hall.mount), moments
 
 
 def is_found(place: TaughtPlace, moment: Moment, rig: StereoRig) -> bool:
@@ -89,13 +87,10 @@ def add_room(run: Run, views: int) -> None:
 
 def add_still(run: Run, place: TaughtPlace, moments: list[Moment]) -> None:
     """Add how often a still machine is found, and the spread of its poses."""
-    localizer, found = LandmarkLocalizer([place]), []
-    for moment in moments:
-        fix = localizer.locate(moment.left, moment.right, moment.tilt)
-        if isinstance(fix, LandmarkFix):
-            pose = fix.displacement.T_place_base
-            found.append([pose.x, pose.y, fix.displacement.height])
-    apart = 1e3 * np.linalg.norm(np.array(found) - np.median(found, axis=0), axis=1)
+    localizer = LandmarkLocalizer([place])
+    places = np.array([find_by_targets(localizer, moment)[0][:3] for moment in moments])
+    found = places[np.isfinite(places[:, 0])]
+    apart = 1e3 * np.linalg.norm(found - np.median(found, axis=0), axis=1)
     table = run.table('Standing still', 'found | distance from the median mm: median | max')
     table.add(rate(len(found), len(moments)), measured(float(np.median(apart)), '.1f'), measured(apart.max(), '.1f'))
 
