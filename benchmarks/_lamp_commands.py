@@ -5,29 +5,24 @@ drives off, A begins to send slow and turn, B turn and speed up, as rules of the
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from _lamp_films import BEACONS, KEY, CounterMemory
+from _lamp_films import BEACONS, KEY, RS_FSK_30, RS_FSK_60, UFSOOK, Channel, CounterMemory
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
-from scene_simulator.ceiling.lamp import Disc, LampShape, LedGrid
 from scene_simulator.ceiling.lamp_drive import paper_room
 from scene_simulator.ceiling.room import CeilingRoom
-from scene_simulator.imaging.exposure import Shutter, camera_pose
+from scene_simulator.imaging.exposure import camera_pose
 from shirube_core.geometry import SE2
-from shirube_core.waveform import Waveform
 from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer
 from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings, Velocity
-from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
-from vlc_beacon.core.light_code.ufsook import ufsook_waveform
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.pose.pose_fix import BeaconFix
 from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
-from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
+from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 
 A, B = 4, 3
@@ -37,37 +32,6 @@ WHEELS = 0.98  # distance driven over that commanded, which the odometry does no
 FEWER = 5  # every so manyth image is taken when both lamps have said everything: poses alone need no more
 LATENCY = 0.02  # from the start of an image to the velocity that follows from it [s]
 
-
-@dataclass(frozen=True)
-class Channel:
-    """Light code, shutter and images a second."""
-
-    name: str
-    rate: float
-    shutter: Shutter
-    shape: LampShape
-    encode: Callable[[list[bytes]], Waveform]
-
-    @property
-    def settings(self) -> ReceiverSettings:
-        """Settings of the receiver."""
-        row_time = self.shutter.row_time
-        kind, rows = ('rolling', row_time) if row_time else ('global', ReceiverSettings().row_time)
-        return ReceiverSettings(kind, rows, self.shutter.exposure, self.rate)
-
-
-UFSOOK = Channel('UFSOOK, panels, global shutter', 60.0, Shutter(), LedGrid(), ufsook_waveform)
-_DISC = Disc(LedGrid.radius)
-RS_FSK_30, RS_FSK_60 = (
-    Channel(
-        f'RS-FSK, discs, rolling shutter, {rate:.0f} images/s',
-        rate,
-        Shutter(60e-6, row_time),
-        _DISC,
-        partial(rs_fsk_waveform, frame_rate=rate),
-    )
-    for rate, row_time in ((30.0, 18.9e-6), (60.0, 15e-6))
-)
 
 CHANNELS = RS_FSK_60, RS_FSK_30, UFSOOK
 

@@ -2,8 +2,9 @@
 
 import math
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from scene_simulator.ceiling.lamp_drive import PAPER_LAMPS, LampDrive, LampFrame
 from scene_simulator.ceiling.room import Person
 from scene_simulator.imaging.exposure import CameraClock, Shutter
 from scene_simulator.robot.leg_drive import LegDrive
+from shirube_core.waveform import Waveform
 from vlc_beacon.core.authorization.command_authorizer import CommandAuthorizer
 from vlc_beacon.core.authorization.keys_and_counters import CommandKey, Counters
 from vlc_beacon.core.light_code.rs_fsk import rs_fsk_waveform
@@ -26,8 +28,38 @@ from vlc_beacon.core.settings import AuthorizationSettings, ReceiverSettings
 BEACONS = tuple(Beacon(k + 1, xyz, LedGrid.radius) for k, xyz in enumerate(PAPER_LAMPS))
 COMMANDING = 4  # the beacon that says a command, too
 KEY = CommandKey(bytes(range(32)))
-GLOBAL_RATE, ROLLING_RATE = 60.0, 30.0  # images a second that the codes ask for
 LEVEL = 0.9  # of a lamp in the image, 1 is 255
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Light code, shutter and images a second."""
+
+    name: str
+    rate: float
+    shutter: Shutter
+    shape: LampShape
+    encode: Callable[[list[bytes]], Waveform]
+
+    @property
+    def settings(self) -> ReceiverSettings:
+        """Settings of the receiver."""
+        row_time = self.shutter.row_time
+        kind, rows = ('rolling', row_time) if row_time else ('global', ReceiverSettings().row_time)
+        return ReceiverSettings(kind, rows, self.shutter.exposure, self.rate)
+
+
+UFSOOK = Channel('UFSOOK, panels, global shutter', 60.0, Shutter(), LedGrid(), ufsook_waveform)
+RS_FSK_30, RS_FSK_60 = (
+    Channel(
+        f'RS-FSK, discs, rolling shutter, {rate:.0f} images/s',
+        rate,
+        Shutter(60e-6, row_time),
+        Disc(LedGrid.radius),
+        partial(rs_fsk_waveform, frame_rate=rate),
+    )
+    for rate, row_time in ((30.0, 18.9e-6), (60.0, 15e-6))
+)
 
 
 @dataclass(frozen=True)
@@ -36,32 +68,26 @@ class Film:
 
     Attributes:
         name: name in the table.
-        shutter: shutter of the camera.
-        rate: images a second.
+        channel: lamps and camera.
         ambient: light of the ceiling over that of the lamps.
-        shape: shape of the lamps.
         people: how many people walk or stand about the room.
     """
 
     name: str
-    shutter: Shutter
-    rate: float
+    channel: Channel
     ambient: float
-    shape: LampShape
     people: int = 0
 
 
-_GLOBAL, _ROLLING = Shutter(), Shutter(60e-6, 18.9e-6)
-_PANEL, _DISC = LedGrid(), Disc(LedGrid.radius)
 FILMS = (
-    Film('global, UFSOOK, panels, dim room', _GLOBAL, GLOBAL_RATE, 0.03, _PANEL),
-    Film('global, UFSOOK, panels, lit room', _GLOBAL, GLOBAL_RATE, 0.3, _PANEL),
-    Film('rolling, RS-FSK, discs, dim room', _ROLLING, ROLLING_RATE, 0.03, _DISC),
-    Film('rolling, RS-FSK, discs, lit room', _ROLLING, ROLLING_RATE, 0.3, _DISC),
-    Film('rolling, RS-FSK, panels, lit room', _ROLLING, ROLLING_RATE, 0.3, _PANEL),
-    Film('global, UFSOOK, panels, lit room, 5 people', _GLOBAL, GLOBAL_RATE, 0.3, _PANEL, 5),
-    Film('global, UFSOOK, panels, lit room, 15 people', _GLOBAL, GLOBAL_RATE, 0.3, _PANEL, 15),
-    Film('rolling, RS-FSK, discs, lit room, 15 people', _ROLLING, ROLLING_RATE, 0.3, _DISC, 15),
+    Film('global, UFSOOK, panels, dim room', UFSOOK, 0.03),
+    Film('global, UFSOOK, panels, lit room', UFSOOK, 0.3),
+    Film('rolling, RS-FSK, discs, dim room', RS_FSK_30, 0.03),
+    Film('rolling, RS-FSK, discs, lit room', RS_FSK_30, 0.3),
+    Film('rolling, RS-FSK, panels, lit room', replace(RS_FSK_30, shape=UFSOOK.shape), 0.3),
+    Film('global, UFSOOK, panels, lit room, 5 people', UFSOOK, 0.3, 5),
+    Film('global, UFSOOK, panels, lit room, 15 people', UFSOOK, 0.3, 15),
+    Film('rolling, RS-FSK, discs, lit room, 15 people', RS_FSK_30, 0.3, 15),
 )
 """Panels are the paper's 8 x 8 LEDs, discs the same lamps behind frosted glass."""
 
@@ -102,31 +128,24 @@ def encode_packets(beacon: int) -> list[bytes]:
 
 def simulate_drive(film: Film) -> LampDrive:
     """Return a slow drive in the middle of the room, other lights about."""
-    eye = CeilingCamera(PAPER_OPTICS, film.shutter)
+    channel, eye = film.channel, CeilingCamera(PAPER_OPTICS, film.channel.shutter)
     brightness = eye.brightness_for(LEVEL)
-    packets = [encode_packets(beacon.id) for beacon in BEACONS]
-    is_global = film.shutter.row_time == 0.0
-    waveforms = [ufsook_waveform(each) if is_global else rs_fsk_waveform(each, film.rate) for each in packets]
-    room = paper_room(waveforms, film.shape, brightness).with_ambient_light(film.ambient * brightness)
+    waveforms = [channel.encode(encode_packets(beacon.id)) for beacon in BEACONS]
+    room = paper_room(waveforms, channel.shape, brightness).with_ambient_light(film.ambient * brightness)
     # Lamps are switched on one by one and their clocks are not those of the camera.
     lamps = tuple(replace(lamp, phase=0.1234 * k, clock_offset=20.0 * k - 30.0) for k, lamp in enumerate(room.lamps))
     room = replace(room, lamps=lamps, people=random_people(film.people, 1)).with_lights(distractors(brightness))
     route = LegDrive([(0.7, 0.9), (1.1, 0.9)], [0.04], 0.1)
-    return LampDrive(room, route, eye, UPWARD_MOUNT, clock=CameraClock(film.rate), seed=1)
+    return LampDrive(room, route, eye, UPWARD_MOUNT, clock=CameraClock(channel.rate), seed=1)
 
 
 def receiver_for(film: Film) -> BeaconReceiver:
     """Return a receiver that knows the lamps and the key."""
-    settings = ReceiverSettings(
-        shutter='rolling' if film.shutter.row_time else 'global',
-        row_time=film.shutter.row_time or ReceiverSettings().row_time,
-        exposure_time=film.shutter.exposure,
-    )
     places = {beacon.id: beacon.xyz[:2] for beacon in BEACONS}
     authorizer = CommandAuthorizer(
         KEY, CounterMemory(), places, AuthorizationSettings(zone_radius=math.hypot(*BEACONS[3].xyz[:2]))
     )
-    return BeaconReceiver(BEACONS, UPWARD_MOUNT, authorizer, settings)
+    return BeaconReceiver(BEACONS, UPWARD_MOUNT, authorizer, film.channel.settings)
 
 
 def receive_frames(drive: LampDrive, receiver: BeaconReceiver, seconds: float) -> Iterator[LampFrame]:

@@ -9,8 +9,8 @@ import math
 import numpy as np
 from _figures import count, error, measured, rate
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _lamp_commands import CHANNELS, A, B, Channel, drive, programs
-from _lamp_films import BEACONS, KEY
+from _lamp_commands import CHANNELS, A, B, drive, programs
+from _lamp_films import BEACONS, KEY, Channel
 
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages

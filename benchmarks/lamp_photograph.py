@@ -14,8 +14,9 @@ import numpy as np
 import yaml
 from _figures import count, error, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _lamp_commands import RS_FSK_30, UFSOOK, Channel, lamps_that_say
+from _lamp_commands import lamps_that_say
 from _lamp_films import BEACONS as RENDERED
+from _lamp_films import RS_FSK_30, UFSOOK, Channel
 from numpy.typing import NDArray
 
 from scene_simulator.ceiling.camera import UPWARD_MOUNT, CeilingCamera
