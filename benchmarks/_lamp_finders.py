@@ -1,6 +1,8 @@
 """What finds lamps, and markers in their places, in rendered images, and the position that follows from it."""
 
-from typing import NamedTuple, Protocol
+import math
+from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from _harness import Run
@@ -17,7 +19,7 @@ from vlc_beacon.core.pose.pose_fix import BeaconFix
 NEAR = 5.0  # what is found nearer to a lamp is that lamp [px]
 MARKER_SIGMA = 0.2  # of a marker's centre [px]
 LAMPS = 'lamps'
-_LOCATOR = BeaconLocator(BEACONS, MOUNT, None, EXACT)
+_DETECTOR, _LOCATOR = LampDetector(), BeaconLocator(BEACONS, MOUNT, None, EXACT)
 
 
 class Found(NamedTuple):
@@ -29,52 +31,41 @@ class Found(NamedTuple):
     false: int
 
 
-class Finder(Protocol):
-    """Finds lamps or what hangs in their places."""
-
-    def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
-        """Return what is found."""
+Finder = Callable[[View, Light, np.random.Generator], Found]
+"""Finds lamps or what hangs in their places."""
 
 
-class LampFinder:
-    """Finds lamps in an image of a view; which is which is taken from the truth, since nothing is played here."""
-
-    def __init__(self) -> None:
-        self._detector = LampDetector()
-
-    def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
-        """Return what is found."""
-        blobs = self._detector.detect(picture_of(view.pixels[view.visible], light, rng))
-        distances = np.hypot(*(blobs.centroids[:, None] - view.pixels[None]).transpose(2, 0, 1))
-        near = distances.min(axis=1) < NEAR
-        ids = IDS[distances.argmin(axis=1)][near]
-        return Found(ids, blobs.centroids[near], blobs.sigmas[near].max(axis=1), int((~near).sum()))
+def find_lamps(view: View, light: Light, rng: np.random.Generator) -> Found:
+    """Find lamps in an image of a view; which is which is taken from the truth, since nothing is played here."""
+    blobs = _DETECTOR.detect(picture_of(view.pixels[view.visible], light, rng))
+    distances = np.hypot(*(blobs.centroids[:, None] - view.pixels[None]).transpose(2, 0, 1))
+    near = distances.min(axis=1) < NEAR
+    ids = IDS[distances.argmin(axis=1)][near]
+    return Found(ids, blobs.centroids[near], blobs.sigmas[near].max(axis=1), int((~near).sum()))
 
 
-class MarkerFinder:
-    """Finds printed markers of a family in the lamps' places."""
+def marker_finder(family: str) -> Finder:
+    """Return what finds printed markers of a family in the lamps' places."""
+    markers = Markers(family, sensitive=True)
 
-    def __init__(self, family: str) -> None:
-        self._markers = Markers(family, sensitive=True)
+    def find(view: View, light: Light, rng: np.random.Generator) -> Found:
+        ids, centres, others = markers.find(markers.picture(view, light, rng))
+        near = np.hypot(*(centres - view.pixels[ids - 1]).T) < NEAR
+        sigmas = np.full(int(near.sum()), MARKER_SIGMA)
+        return Found(ids[near], centres[near], sigmas, others + int((~near).sum()))
 
-    def find(self, view: View, light: Light, rng: np.random.Generator) -> Found:
-        """Return what is found."""
-        found = self._markers.find(self._markers.picture(view, light, rng))
-        offsets = found.centres - view.pixels[found.ids - 1]
-        near = np.hypot(offsets[:, 0], offsets[:, 1]) < NEAR
-        sigmas, false = np.full(int(near.sum()), MARKER_SIGMA), found.others + int((~near).sum())
-        return Found(found.ids[near], found.centres[near], sigmas, false)
+    return find
 
 
 def finders(run: Run) -> dict[str, Finder]:
     """Return all that this OpenCV allows."""
     if not is_available():
         run.note('OpenCV 4.7 or later is needed to compare with markers.')
-        return {LAMPS: LampFinder()}
-    return {LAMPS: LampFinder(), **{family: MarkerFinder(family) for family in FAMILIES}}
+        return {LAMPS: find_lamps}
+    return {LAMPS: find_lamps, **{family: marker_finder(family) for family in FAMILIES}}
 
 
-def locate_by_centres(found: Found) -> NDArray[np.float64] | None:
-    """Return x and y [m] by least squares of the centres (``centroid``)."""
+def position_error(view: View, found: Found) -> float:
+    """Return the error of the pose by least squares of the centres (``centroid``) [m], NaN where there is none."""
     fix = _LOCATOR.locate(_LOCATOR.rays(CAMERA, found.ids, found.centres, found.sigmas))
-    return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
+    return fix.T_map_base.distance_to(view.pose) if isinstance(fix, BeaconFix) else math.nan

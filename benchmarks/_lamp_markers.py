@@ -4,7 +4,6 @@ They are as bright over black as the lamps over the ceiling, which needs light i
 """
 
 import math
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -23,21 +22,6 @@ THRESHOLD, OTSU_DEVIATION = 1.0, 1.0
 def is_available() -> bool:
     """Return whether this OpenCV has markers."""
     return hasattr(cv2, 'aruco') and hasattr(cv2.aruco, 'ArucoDetector')
-
-
-@dataclass(frozen=True)
-class FoundMarkers:
-    """Markers with ids of the lamps.
-
-    Attributes:
-        ids: shape (n,).
-        centres: shape (n, 2) [px].
-        others: how many were found that are not there.
-    """
-
-    ids: NDArray[np.int64]
-    centres: NDArray[np.float64]
-    others: int
 
 
 class Markers:
@@ -60,15 +44,13 @@ class Markers:
             self._add_plate(plates, int(id_), place, view.pose.yaw)
         return finish_picture(plates, light, rng)
 
-    def find(self, image: NDArray[np.uint8]) -> FoundMarkers:
-        """Return the markers of an image."""
+    def find(self, image: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.float64], int]:
+        """Return the lamps' ids in an image, shape (n,), the centres, shape (n, 2) [px], and how many others are."""
         corners, ids, _ = self._detector.detectMarkers(image)
-        if ids is None:
-            return FoundMarkers(np.empty(0, np.int64), np.empty((0, 2)), 0)
-        found = np.asarray(ids, dtype=np.int64).ravel()
-        centres = np.array([each.reshape(4, 2).mean(axis=0) for each in corners], dtype=np.float64)
+        found = np.array([] if ids is None else ids, dtype=np.int64).ravel()
+        centres = np.array([each.reshape(4, 2).mean(axis=0) for each in corners], dtype=np.float64).reshape(-1, 2)
         known = np.isin(found, IDS)
-        return FoundMarkers(found[known], centres[known], int((~known).sum()))
+        return found[known], centres[known], int((~known).sum())
 
     def _add_plate(self, plates: NDArray[np.float64], id_: int, place: NDArray[np.float64], yaw: float) -> None:
         pattern = cv2.aruco.generateImageMarker(self._dictionary, id_, 6 * CELL_PIXELS)

@@ -24,15 +24,13 @@ Locate = Callable[[View, NDArray[np.float64], float], NDArray[np.float64] | None
 """From a view, its pixels with noise, shape (4, 2), and the noise [px] to x and y [m]."""
 
 
-def least_squares(locator: BeaconLocator) -> Locate:
-    """Return the method ``centroid`` on the visible lamps."""
-
-    def locate(view: View, pixels: NDArray[np.float64], noise: float) -> NDArray[np.float64] | None:
-        seen = view.visible
-        fix = locator.locate(locator.rays(CAMERA, IDS[seen], pixels[seen], np.full(seen.sum(), noise)))
-        return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
-
-    return locate
+def locate_by_centres(
+    view: View, pixels: NDArray[np.float64], noise: float, *, height: float | None = None
+) -> NDArray[np.float64] | None:
+    """Locate by the method ``centroid`` on the visible lamps; with the height of the base [m], if it is known."""
+    seen, locator = view.visible, BeaconLocator(BEACONS, MOUNT, height, EXACT)
+    fix = locator.locate(locator.rays(CAMERA, IDS[seen], pixels[seen], np.full(seen.sum(), noise)))
+    return np.array([fix.T_map_base.x, fix.T_map_base.y]) if isinstance(fix, BeaconFix) else None
 
 
 def pixel_count_radii(view: View) -> NDArray[np.float64]:
@@ -81,8 +79,8 @@ METHODS: tuple[tuple[str, int, Locate, bool | None], ...] = (
     ('`radius_interval`, all corrections', ALL, locate_by_radius, None),
     ('the same, yaw off by 5°', ALL, partial(locate_by_radius, yaw_error=math.radians(5.0)), None),
     ('SQPNP, six degrees of freedom', ALL, locate_by_sqpnp, None),
-    ('`centroid`', TWO, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),
-    ('`centroid`, height known', TWO, least_squares(BeaconLocator(BEACONS, MOUNT, 0.0, EXACT)), True),
-    ('`centroid`, four lamps', ALL, least_squares(BeaconLocator(BEACONS, MOUNT, None, EXACT)), False),
+    ('`centroid`', TWO, locate_by_centres, False),
+    ('`centroid`, height known', TWO, partial(locate_by_centres, height=0.0), True),
+    ('`centroid`, four lamps', ALL, locate_by_centres, False),
 )
 """Name, least number of lamps, method, and whether the height is known, None where no bound is compared."""

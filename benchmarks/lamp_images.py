@@ -4,14 +4,12 @@ Four kinds of light and a camera that moves: what is found, and how far centres 
 least squares, and the Cramér-Rao bound, are the matter of `lamp_pose`.
 """
 
-import math
-
 import numpy as np
 from _figures import error, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
-from _lamp_finders import Found, finders, locate_by_centres
+from _lamp_finders import finders, position_error
 from _lamp_pictures import LIGHTS
-from _lamp_room import View, random_views
+from _lamp_room import random_views
 
 
 def main(run: Run, images: int) -> None:
@@ -21,9 +19,9 @@ def main(run: Run, images: int) -> None:
     heads = 'found', 'false', 'centre px: rms', 'poses', 'cm: median / 95 % / max'
     table = run.table('Lamps and markers', 'light', 'what', *heads)
     for light in progress(LIGHTS):
-        for name, finder in finders(run).items():
+        for name, find in finders(run).items():
             rng = np.random.default_rng(run.seed)
-            seen = [(view, finder.find(view, light, rng)) for view in views]
+            seen = [(view, find(view, light, rng)) for view in views]
             offsets = np.concatenate([found.centres - view.pixels[found.ids - 1] for view, found in seen])
             errors = np.array([position_error(*each) for each in seen])
             shown = sum(int(view.visible.sum()) for view in views)
@@ -32,12 +30,6 @@ def main(run: Run, images: int) -> None:
                 rate(sum(found.false for _, found in seen), shown, 'lower'),
                 *(rms(offsets), rate(int(np.isfinite(errors).sum()), len(views)), error(errors, '.3f', 100.0)),
             )
-
-
-def position_error(view: View, found: Found) -> float:
-    """Return the error of the pose by least squares of the centres [m], NaN where there is none."""
-    place = locate_by_centres(found)
-    return math.nan if place is None else math.hypot(place[0] - view.pose.x, place[1] - view.pose.y)
 
 
 if __name__ == '__main__':

@@ -16,7 +16,7 @@ import numpy as np
 from _figures import error, rate, time
 from _harness import Option, Run, cpu_time, progress, run_benchmark, use_one_core
 from _lamp_drives import RATE, drive
-from _lamp_finders import LampFinder
+from _lamp_finders import find_lamps
 from _lamp_methods import EXACT
 from _lamp_pictures import LIGHTS
 from _lamp_room import BEACONS, CAMERA, MOUNT, view_from
@@ -53,14 +53,12 @@ def by_lidar(
         yield cpu_time(slam.track, motion, room.scan(pose, rng))
 
 
-def by_lamps(
-    finder: LampFinder, room: FurnishedRoom, path: list[SE2], odometry: list[SE2], rng: np.random.Generator
-) -> Iterator[Answer]:
+def by_lamps(room: FurnishedRoom, path: list[SE2], odometry: list[SE2], rng: np.random.Generator) -> Iterator[Answer]:
     """Yield the poses of a drive by lamps and odometry; the time is that of the pose from found lamps."""
     tracker = BeaconTracker(BEACONS, MOUNT, None, replace(EXACT, tilt_sigma=TILT))
     for pose, wheels in zip(path, odometry, strict=True):
         view = view_from(pose, *rng.normal(0.0, TILT, 2))
-        found = finder.find(replace(view, visible=view.visible & ~room.occluded_lamps(pose)), LIGHT, rng)
+        found = find_lamps(replace(view, visible=view.visible & ~room.occluded_lamps(pose)), LIGHT, rng)
         tracker.add_odometry(wheels)
         rays = tracker.locator.rays(CAMERA, found.ids, found.centres, found.sigmas)
         fix, milliseconds = cpu_time(tracker.track, rays)
@@ -70,7 +68,7 @@ def by_lamps(
 def answers_in_room(seed: int, seconds: float) -> Iterator[tuple[str, str, Answer, SE2]]:
     """Yield the answers of both along the drives in one room: how it is furnished, who, what, and the truth."""
     rng = np.random.default_rng(seed)
-    room, finder, slam = furnished_room(rng), LampFinder(), None
+    room, slam = furnished_room(rng), None
     states = {
         'first drive, SLAM': room,
         'later, as the map was made': room,
@@ -87,7 +85,7 @@ def answers_in_room(seed: int, seconds: float) -> Iterator[tuple[str, str, Answe
         slam = LidarSlam(guess) if slam is None else slam.restarted(guess)
         for answer, truth in zip(by_lidar(slam, state, path, odometry, rng), path, strict=True):
             yield name, LIDAR, answer, truth
-        for answer, truth in zip(by_lamps(finder, state, path, odometry, rng), path, strict=True):
+        for answer, truth in zip(by_lamps(state, path, odometry, rng), path, strict=True):
             yield name, LAMPS, answer, truth
 
 
