@@ -5,10 +5,11 @@ and 1.5 degrees.
 """
 
 import math
+from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from _harness import Option, Run, progress, run_benchmark, use_one_core
@@ -20,7 +21,7 @@ from _stereo_scenes import CAMERAS, RIG, Pair, displacement_of, random_offset
 from scene_simulator.corridor.generator import CorridorDesign, corridor
 from scene_simulator.corridor.scene import CorridorScene, Person
 from scene_simulator.corridor.shapes import facing_wall
-from scene_simulator.corridor.stereo_rig import StereoCamera, render_pair
+from scene_simulator.corridor.stereo_rig import StereoCamera, StereoOptics, render_pair
 from shirube_core.geometry import SE2
 from stereo_landmark.core.landmark_localizer import LandmarkLocalizer
 from stereo_landmark.core.settings import PAPER, LandmarkSettings
@@ -31,15 +32,22 @@ RIGHT_WITHIN = 0.05, math.radians(1.5)
 OURS, PAPER_MODE = 'stereo_landmark', 'stereo_landmark, paper mode'
 
 Changed = Callable[[CorridorScene, TaughtCorridor, np.random.Generator], CorridorScene]
-Camera = Callable[[StereoCamera], StereoCamera]
 
 
 class Condition(NamedTuple):
-    """What is otherwise than when the place was taught: a change of the corridor, and one of each camera."""
+    """What is otherwise than when the place was taught: the corridor, the optics, factors of gain and of noise."""
 
     name: str
     scene: Changed = lambda scene, taught, rng: scene  # noqa: ARG005
-    camera: Camera = lambda camera: camera
+    optics: StereoOptics = StereoOptics()
+    gain: float = 1.0
+    noise: float = 1.0
+
+    def camera(self, camera: StereoCamera) -> StereoCamera:
+        """Return a camera as it is now."""
+        usual, noise = camera.sensor, self.noise
+        light = replace(usual, full_well=usual.full_well / noise**2, read_noise=usual.read_noise / noise)
+        return replace(camera, optics=self.optics, sensor=replace(light, gain=self.gain * usual.gain))
 
 
 def hide_landmarks(scene: CorridorScene, taught: TaughtCorridor, rng: np.random.Generator) -> CorridorScene:
@@ -62,40 +70,18 @@ def move_object(scene: CorridorScene, _: TaughtCorridor, rng: np.random.Generato
     return scene.move_object('round_sign', float(rng.choice([-0.2, 0.2])), float(rng.uniform(-0.1, 0.15)))
 
 
-def with_gain(factor: float) -> Camera:
-    """Return cameras of another gain."""
-    return lambda camera: replace(camera, sensor=replace(camera.sensor, gain=factor * camera.sensor.gain))
-
-
-def with_blur(blur: float = 0.6, motion_blur: float = 0.0) -> Camera:
-    """Return cameras out of focus, or in motion [px]."""
-    changed: dict[str, Any] = {'blur': blur, 'motion_blur': (motion_blur, 0.0)}
-    return lambda camera: replace(camera, optics=replace(camera.optics, **changed))
-
-
-def with_noise(factor: float) -> Camera:
-    """Return cameras with more noise."""
-
-    def noisy(camera: StereoCamera) -> StereoCamera:
-        sensor = camera.sensor
-        well, read_noise = sensor.full_well / factor**2, sensor.read_noise / factor
-        return replace(camera, sensor=replace(sensor, full_well=well, read_noise=read_noise))
-
-    return noisy
-
-
 CONDITIONS = (
     Condition('nothing but the readings of the meters'),
     Condition('30 % of the target hidden', scene=hide_landmarks),
     Condition('a person in front', scene=add_person),
     Condition('one landmark moved', scene=move_object),
-    Condition('40 % brighter', camera=with_gain(1.4)),
-    Condition('40 % darker', camera=with_gain(0.6)),
-    Condition('out of focus, sigma 2 px', camera=with_blur(blur=2.0)),
-    Condition('out of focus, sigma 3 px', camera=with_blur(blur=3.0)),
-    Condition('motion of 3 px', camera=with_blur(motion_blur=3.0)),
-    Condition('motion of 6 px', camera=with_blur(motion_blur=6.0)),
-    Condition('noise three times as strong', camera=with_noise(3.0)),
+    Condition('40 % brighter', gain=1.4),
+    Condition('40 % darker', gain=0.6),
+    Condition('out of focus, sigma 2 px', optics=StereoOptics(blur=2.0)),
+    Condition('out of focus, sigma 3 px', optics=StereoOptics(blur=3.0)),
+    Condition('motion of 3 px', optics=StereoOptics(motion_blur=(3.0, 0.0))),
+    Condition('motion of 6 px', optics=StereoOptics(motion_blur=(6.0, 0.0))),
+    Condition('noise three times as strong', noise=3.0),
 )
 
 
@@ -113,9 +99,7 @@ def main(run: Run, places: int, views: int, only: str) -> None:
     use_one_core()
     pipelines = [FeaturePipeline(name, CAMERAS) for name in ('ORB', 'SIFT')]
     chosen = [condition for condition in CONDITIONS if only in condition.name]
-    scores: dict[tuple[str, str], list[PoseScore]] = {
-        (condition.name, method): [] for condition in chosen for method in (OURS, PAPER_MODE, 'ORB', 'SIFT')
-    }
+    scores = defaultdict[tuple[str, str], list[PoseScore]](list)
     for seed in progress(range(places), 'places'):
         taught = teach_corridor(corridor(CorridorDesign(seed=seed)))
         localizers = {
