@@ -65,8 +65,6 @@ def _isolated(pixels: NDArray[np.float64], diameters: NDArray[np.float64]) -> ND
 
 def match(dots: DetectedDots, truth: TrueImage) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Return indices of dots and of their chips: the nearest within half a diameter, each chip once."""
-    if len(dots) == 0:
-        return np.empty(0, np.int64), np.empty(0, np.int64)
     distances, chips = map(np.asarray, cKDTree(truth.pixels).query(dots.pixels))
     order = np.argsort(distances)
     order = order[distances[order] < 0.5 * truth.diameters[chips[order]]]
@@ -90,14 +88,16 @@ def source_extractor(sep: Any, sign: float, image: NDArray[np.uint8]) -> Detecte
 
 @dataclass
 class Score:
-    """What one detector made of the images of a condition: chips wanted and found, errors of those that stand alone."""
+    """What one detector made of the images of a condition.
 
-    wanted: int = 0
-    right: int = 0
-    touching: int = 0
-    split: int = 0
-    found: int = 0
-    true: int = 0
+    Attributes:
+        counts: shape (3, 2), how many of how many: chips found, touching ones found, dots that are chips.
+        errors: errors of chips that stand alone [px].
+        normalised: the same, by their standard deviations.
+        times: processor time of each image [ms].
+    """
+
+    counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros((3, 2), dtype=np.int64))
     errors: list[NDArray[np.float64]] = field(default_factory=list)
     normalised: list[NDArray[np.float64]] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
@@ -105,13 +105,8 @@ class Score:
     def add(self, dots: DetectedDots, truth: TrueImage, milliseconds: float) -> None:
         """Count the dots of one image."""
         matched, chips = match(dots, truth)
-        touching = truth.wanted & ~truth.isolated
-        self.wanted += int(truth.wanted.sum())
-        self.right += int(truth.wanted[chips].sum())
-        self.touching += int(touching.sum())
-        self.split += int(touching[chips].sum())
-        self.found += len(dots)
-        self.true += len(matched)
+        kinds = truth.wanted, truth.wanted & ~truth.isolated
+        self.counts += [*((kind[chips].sum(), kind.sum()) for kind in kinds), (len(matched), len(dots))]
         sound = (truth.wanted & truth.isolated)[chips]
         offsets = dots.pixels[matched[sound]] - truth.pixels[chips[sound]]
         self.errors.append(np.hypot(*offsets.T))
@@ -139,9 +134,9 @@ def main(run: Run, images: int, only: str) -> None:
                 dots, milliseconds = cpu_time(detect, truth.image)
                 scores[name].add(dots, truth, milliseconds)
         for name, score in scores.items():
-            pairs = (score.right, score.wanted), (score.split, score.touching), (score.true, score.found)
+            shares = (rate(right, total, form='percent') for right, total in score.counts.tolist())
             table.add(
-                *(condition.name, name, *(rate(*pair, form='percent') for pair in pairs)),
+                *(condition.name, name, *shares),
                 error(np.concatenate(score.errors), '.3f', shown=(50, 95)),
                 rms(np.concatenate(score.normalised), '.2f', better='one'),
                 time(score.times, '.1f', (50,)),
