@@ -10,18 +10,17 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from _lamp_films import BEACONS, KEY, RS_FSK_30, RS_FSK_60, UFSOOK, Channel, CounterMemory
+from _lamp_films import BEACONS, KEY, RS_FSK_30, RS_FSK_60, UFSOOK, Channel, receiver_for
 
 from scene_simulator.ceiling.camera import PAPER_OPTICS, UPWARD_MOUNT, CeilingCamera
 from scene_simulator.ceiling.lamp_drive import paper_room
 from scene_simulator.ceiling.room import CeilingRoom
 from scene_simulator.imaging.exposure import camera_pose
 from shirube_core.geometry import SE2
-from vlc_beacon.core.authorization.command_authorizer import Accepted, CommandAuthorizer
+from vlc_beacon.core.authorization.command_authorizer import Accepted
 from vlc_beacon.core.command_executor import CommandExecutor, DriveSettings, Velocity
 from vlc_beacon.core.packet.command_packet import Operation
 from vlc_beacon.core.pose.pose_fix import BeaconFix
-from vlc_beacon.core.receiver.beacon_receiver import BeaconReceiver
 from vlc_beacon.core.settings import AuthorizationSettings
 from vlc_beacon.core.transmitter.message_encoder import EncoderContext, encode_messages
 
@@ -67,9 +66,7 @@ def drive(channel: Channel, speed: float, seconds: float, seed: int = 0) -> Iter
     eye, rng = CeilingCamera(PAPER_OPTICS, channel.shutter), np.random.default_rng(seed)
     phases = rng.uniform(0.0, 10.0, len(BEACONS)).tolist()
     silent, speaking = (lamps_that_say(each, channel, eye, phases) for each in ({}, programs(speed)))
-    places = {beacon.id: beacon.xyz[:2] for beacon in BEACONS}
-    authorizer = CommandAuthorizer(KEY, CounterMemory(), places, AUTHORIZATION)
-    receiver = BeaconReceiver(BEACONS, UPWARD_MOUNT, authorizer, channel.settings)
+    receiver = receiver_for(channel, AUTHORIZATION)
     executor = CommandExecutor(DriveSettings(cruise_speed=speed), AUTHORIZATION.speed_limit)
     robot, odometry = Robot(SE2(-0.2, 1.8 + rng.uniform(-0.05, 0.05), 0.0)), SE2(0.0, 0.0, 0.0)
     room, heard, last = silent, set[tuple[int | None, int]](), 0.0

@@ -1,6 +1,5 @@
 """Films of the room whose four lamps speak, as a camera on a slow robot takes them, and the receiver for them."""
 
-import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -108,12 +107,12 @@ class CounterMemory:
         self._counters = counters
 
 
-def random_people(count: int, seed: int, height: float = 1.3) -> tuple[Person, ...]:
-    """Return people in the paper's room of 7 x 6 m, every third standing; heads are about so far above the camera."""
+def random_people(count: int, seed: int) -> tuple[Person, ...]:
+    """Return people in the paper's room of 7 x 6 m, every third standing; heads are about 1.3 m above the camera."""
     rng, people = np.random.default_rng(seed), []
     for index in range(count):
         start, end = 0.9 + rng.uniform((-3.3, -2.8), (3.3, 2.8), (2, 2))
-        top, speed = height + rng.uniform(-0.2, 0.2), 0.0 if index % 3 == 2 else rng.uniform(0.6, 1.5)
+        top, speed = 1.3 + rng.uniform(-0.2, 0.2), 0.0 if index % 3 == 2 else rng.uniform(0.6, 1.5)
         people.append(Person((start[0], start[1]), (end[0], end[1]), top, speed))
     return tuple(people)
 
@@ -139,13 +138,11 @@ def simulate_drive(film: Film) -> LampDrive:
     return LampDrive(room, route, eye, UPWARD_MOUNT, clock=CameraClock(channel.rate), seed=1)
 
 
-def receiver_for(film: Film) -> BeaconReceiver:
+def receiver_for(channel: Channel, authorization: AuthorizationSettings) -> BeaconReceiver:
     """Return a receiver that knows the lamps and the key."""
     places = {beacon.id: beacon.xyz[:2] for beacon in BEACONS}
-    authorizer = CommandAuthorizer(
-        KEY, CounterMemory(), places, AuthorizationSettings(zone_radius=math.hypot(*BEACONS[3].xyz[:2]))
-    )
-    return BeaconReceiver(BEACONS, UPWARD_MOUNT, authorizer, film.channel.settings)
+    authorizer = CommandAuthorizer(KEY, CounterMemory(), places, authorization)
+    return BeaconReceiver(BEACONS, UPWARD_MOUNT, authorizer, channel.settings)
 
 
 def receive_frames(drive: LampDrive, receiver: BeaconReceiver, seconds: float) -> Iterator[LampFrame]:

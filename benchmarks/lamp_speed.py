@@ -5,6 +5,7 @@ packets, pose, commands), and in turn OpenCV looks for ArUco markers in it and i
 lamps' places. Process time of one process on one core, without the first images, which compile.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,7 +20,9 @@ from scene_simulator.ceiling.camera import PAPER_OPTICS
 from vlc_beacon.core.authorization.command_authorizer import Accepted
 from vlc_beacon.core.lamp_image.lamp_detector import LampDetector
 from vlc_beacon.core.pose.pose_fix import BeaconFix
+from vlc_beacon.core.settings import AuthorizationSettings
 
+AUTHORIZATION = AuthorizationSettings(zone_radius=math.hypot(*BEACONS[3].xyz[:2]))  # wherever the robot is
 WARM_UP = 10  # images that are not counted
 NEAR = 6.0  # A lamp is named rightly if its named place is that near to it [px]
 DARK = 20  # A place of the lit ceiling is behind a person below this level [grey levels]
@@ -41,7 +44,7 @@ class FilmRun:
 
 def run_film(film: Film, seconds: float, markers: Markers | None) -> FilmRun:
     """Show a film to the receiver, and its images to the detector alone and to ArUco."""
-    drive, receiver, detector = simulate_drive(film), receiver_for(film), LampDetector()
+    drive, receiver, detector = simulate_drive(film), receiver_for(film.channel, AUTHORIZATION), LampDetector()
     found = FilmRun({name: [] for name in ('receiver', 'detector', 'peer', 'marked')}, [])
     if markers is not None:
         marked = markers.picture(view_from(drive.pose_at(0.0)), LIGHTS[1], np.random.default_rng(1))
