@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -34,14 +34,6 @@ MARGIN = 0.07  # A view at this distance from the floor's border is on the floor
 _EVEN_STEPS = np.array([1.2207440846057596**-power for power in (1, 2, 3)])
 
 
-@dataclass
-class Outcome:
-    """What came of the images of one condition, without and with a prior."""
-
-    scores: list[PoseScore] = field(default_factory=list)
-    tracked: list[PoseScore] = field(default_factory=list)
-
-
 @dataclass(frozen=True)
 class SurveyedFloor:
     """A floor and what the localizer knows of it.
@@ -64,8 +56,12 @@ class SurveyedFloor:
     @cached_property
     def localizer(self) -> FloorLocalizer:
         """A localizer with the default settings and the floor's surveyed map."""
+        return self.localizer_by(LocalizerSettings.matcher)
+
+    def localizer_by(self, matcher: str) -> FloorLocalizer:
+        """Return a localizer with one of the matchers and the floor's surveyed map."""
         dots = survey_floor(self.floor, self.survey_error, self.seed + 1)
-        settings = LocalizerSettings(map_sigma=self.survey_error)
+        settings = LocalizerSettings(matcher=matcher, map_sigma=self.survey_error)
         return FloorLocalizer(index_map(DotMap(dots[:, :2], dots[:, 2])), MOUNT, settings)
 
     def places(self, count: int, margin: float = MARGIN) -> Iterator[SE2]:
@@ -74,15 +70,15 @@ class SurveyedFloor:
             x, y = margin + step[:2] * (np.array(self.design.size) - 2.0 * margin)
             yield SE2(float(x), float(y), math.tau * (float(step[2]) - 0.5))
 
-    def outcome(self, images: Iterable[tuple[NDArray[np.uint8], SE2]]) -> Outcome:
-        """Locate images taken at true poses."""
-        result = Outcome()
+    def scores(self, images: Iterable[tuple[NDArray[np.uint8], SE2]]) -> tuple[list[PoseScore], list[PoseScore]]:
+        """Locate images taken at true poses, without a prior and with one."""
+        scores, with_prior = [], []
         for number, (image, pose) in enumerate(images):
             dots = self.localizer.detect(image)
-            result.scores.append(score_pose(self.localizer.locate_dots(dots, CAMERA), pose))
+            scores.append(score_pose(self.localizer.locate_dots(dots, CAMERA), pose))
             tracked = self.localizer.locate_dots(dots, CAMERA, tracked_prior(pose, number))
-            result.tracked.append(score_pose(tracked, pose))
-        return result
+            with_prior.append(score_pose(tracked, pose))
+        return scores, with_prior
 
 
 def tracked_prior(truth: SE2, number: int) -> PosePrior:

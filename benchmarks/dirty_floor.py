@@ -13,14 +13,11 @@ from _harness import Option, Run, progress, run_benchmark
 from _pose_scores import score_pose
 from scipy.spatial import cKDTree
 
-from floor_localizer.core.constellation.indexed_map import index_map
 from floor_localizer.core.dot_extraction.detector import DotDetector
-from floor_localizer.core.dots import DotMap
-from floor_localizer.core.localizer import FloorLocalizer
-from floor_localizer.core.settings import DotDetectorSettings, LocalizerSettings
+from floor_localizer.core.settings import DotDetectorSettings
 from scene_simulator.floor.camera import FloorCamera
 from scene_simulator.floor.disturbances import FloorArea, crumbs, dust, hairs
-from scene_simulator.floor.dot_floor import DARK_ON_LIGHT, SURVEY_ERROR, survey_floor
+from scene_simulator.floor.dot_floor import DARK_ON_LIGHT
 
 DESIGN = replace(DARK_ON_LIGHT, diameters=(0.001, 0.003))
 LITTER = (crumbs, 1000.0), (dust, 5000.0), (hairs, 200.0)  # dirt and its density for a level of 1 [1/m^2]
@@ -31,12 +28,7 @@ POLE_STAR_EVERY = 5  # places of which the pole star, which takes a second for e
 def main(run: Run, places: int, dirt: tuple[float, ...]) -> None:
     """Locate images for each level of dirt and each minimum diameter."""
     surveyed, camera = SurveyedFloor(DESIGN), FloorCamera(CAMERA)
-    dots = survey_floor(surveyed.floor, SURVEY_ERROR, surveyed.seed + 1)
-    indexed = index_map(DotMap(dots[:, :2], dots[:, 2]))
-    matchers = {
-        name: FloorLocalizer(indexed, MOUNT, LocalizerSettings(matcher=name, map_sigma=SURVEY_ERROR))
-        for name in ('constellation', 'pole_star')
-    }
+    matchers = {name: surveyed.localizer_by(name) for name in ('constellation', 'pole_star')}
     heads = 'dirt | minimum diameter px | missing % | spurious % | right / none / wrong'
     table = run.table('Mapped clean, located dirty', heads, 'pole star: right / none / wrong')
     for level in dirt:
