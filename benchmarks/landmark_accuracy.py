@@ -6,9 +6,8 @@ replaces it in the same views.
 
 import math
 from collections import defaultdict
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 import cv2
@@ -17,7 +16,7 @@ from _figures import mean, rate, rms
 from _harness import Option, Run, progress, run_benchmark, use_one_core
 from _landmark_views import SIDE, LandmarkView, LandmarkWall, repeat_poses, teach_pose
 from _pose_scores import PoseScore, pose_cells, score_found, whitened_errors
-from _stereo_peers import FeaturePipeline, TaughtFeatures, planar_displacement
+from _stereo_peers import FeaturePipeline, planar_displacement
 from _stereo_scenes import CAMERAS, Pair
 from numpy.typing import NDArray
 
@@ -40,7 +39,6 @@ CHOSEN_WITHIN = 1.0  # A measured corner is that of the field when it is so near
 FIELDS_MIN = 4
 PLANAR = np.ix_([0, 1, 3], [0, 1, 3])
 OURS = 'shirube'
-Taught = list[tuple[FeaturePipeline, TaughtFeatures]]
 ANY = math.inf, math.inf  # all poses count as right here
 TAG, CELLS = 7, 8
 CORNER_SIGMA = 0.1  # stated of a corner [px]; it is the same for all, so that the fit does not depend on it
@@ -107,8 +105,7 @@ class TagPeer:
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         self._detector = cv2.aruco.ArucoDetector(self._dictionary, parameters)
-        settings = PlaceSettings(pixel_sigma=0.0, tilt_sigma=0.0, gate_sigmas=20.0)
-        self._locator = PlaceLocator(CAMERAS, settings)
+        self._locator = PlaceLocator(CAMERAS, replace(EXACT, gate_sigmas=20.0))
 
     def cells(self) -> NDArray[np.bool_]:
         """Return the tag with its black border, shape (CELLS, CELLS), true for white."""
@@ -152,16 +149,6 @@ class TagPeer:
         return fix.T_place_base if isinstance(fix, PlaceFix) else None
 
 
-def peer_answers(
-    taught: Taught, tag: TagPeer, lesson: LandmarkView, view: LandmarkView
-) -> Iterator[tuple[str, SE2 | None]]:
-    """Yield the name and the answer of each peer."""
-    for pipeline, known in taught:
-        yield f'{pipeline.name} + PnP', pipeline.locate(known, pipeline.features(view.panel[0]))
-    yield 'AprilTag, one image', tag.locate_from_left(lesson.tag, view.tag)
-    yield 'AprilTag, both images', tag.locate_from_both(lesson.tag, view.tag)
-
-
 def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
     """Return the errors at one distance, of so many lessons with so many repeats each."""
     result, tag = Result(), TagPeer()
@@ -176,7 +163,7 @@ def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
             continue
         result.points.append(len(place.coordinates))
         localizer = LandmarkLocalizer([place], LandmarkSettings(place=EXACT))
-        taught = [(pipeline, pipeline.teach(lesson.panel)) for pipeline in pipelines]
+        taught = [(each.name, each, each.teach(lesson.panel)) for each in pipelines]
         for pose in islice(repeat_poses(lesson.T_map_base, rng), repeats):
             view, truth = wall.view(pose, rng), lesson.T_map_base.inverse() @ pose
             fix = localizer.locate(*view.panel)
@@ -188,7 +175,12 @@ def measure(run: Run, distance: float, wanted: int, repeats: int) -> Result:
                 score = PoseScore('none')
                 run.note(f'No pose: {distance:g} m, lesson {number}: {fix.reason} ({fix.detail})')
             result.scores[OURS].append(score)
-            for name, answer in peer_answers(taught, tag, lesson, view):
+            answers = {
+                f'{name} + PnP': each.locate(known, each.features(view.panel[0])) for name, each, known in taught
+            }
+            answers['AprilTag, one image'] = tag.locate_from_left(lesson.tag, view.tag)
+            answers['AprilTag, both images'] = tag.locate_from_both(lesson.tag, view.tag)
+            for name, answer in answers.items():
                 result.scores[name].append(score_found(answer, truth, ANY))
     return result
 

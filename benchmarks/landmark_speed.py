@@ -71,21 +71,19 @@ def add_case(run: Run, case: Case, repeats: int) -> None:
     localizer = LandmarkLocalizer([case.place])
     locate = partial(localizer.locate, *case.images, case.tilt)
     windows = LandmarkLocalizer([case.place], LandmarkSettings(mode=PAPER))
-    first, followed, paper = 'first fix, without a prior', 'followed, with a predicted pose', 'paper mode: windows'
     orb, sift = 'peer: ORB, 2000 features', 'peer: SIFT, 2000 features'
-    one = 'peer: SIFT of one image, matched, PnP'
     fix = locate()
     prior = PlacePrior(case.place.name, state_of(fix.displacement) + OFF if isinstance(fix, LandmarkFix) else None)
     pipeline = FeaturePipeline('SIFT', case.place.rig)
-    taught_features = pipeline.teach(case.taught)
+    known = pipeline.teach(case.taught)
     times = side_by_side(
         {
-            first: locate,
-            followed: partial(localizer.locate, *case.images, case.tilt, prior),
-            paper: partial(windows.locate, *case.images, case.tilt),
+            'first fix, without a prior': locate,
+            'followed, with a predicted pose': partial(localizer.locate, *case.images, case.tilt, prior),
+            'paper mode: windows': partial(windows.locate, *case.images, case.tilt),
             orb: partial(match_features, cv2.ORB.create(nfeatures=2000), cv2.NORM_HAMMING, case.images),
             sift: partial(match_features, cv2.SIFT.create(nfeatures=2000), cv2.NORM_L2, case.images),
-            one: lambda: pipeline.motion(taught_features, pipeline.features(case.images[0])),
+            'peer: SIFT of one image, matched, PnP': lambda: pipeline.motion(known, pipeline.features(case.images[0])),
         },
         repeats,
     )

@@ -33,6 +33,7 @@ DISTANCE_MIN = 0.1
 RIGHT_POSITION, RIGHT_YAW = 0.05, math.radians(1.5)
 POINT_SIGMA_MAX, PRIMITIVES = 0.2, 10
 TRUTH_CONSTANT, TRUTH_SHARE, TRUTH_YAW = 0.003, 0.005, math.radians(0.05)
+Rows = dict[str, list[NDArray[np.float64]]]  # by method: x, y, z and yaw of each pair
 
 
 class Hall:
@@ -71,8 +72,8 @@ def main(run: Run, step: int) -> None:
     keys = list(hall.truths)[::step]
     places = {name: teach(hall, name) for name in progress(dict.fromkeys(begin for begin, _ in keys))}
     pipelines = {name: FeaturePipeline('SIFT', rig) for name, rig in hall.rigs.items()}
-    rows: dict[str, list[NDArray[np.float64]]] = {name: [] for name in (PEER, *METHODS)}
-    variances: dict[str, list[NDArray[np.float64]]] = {name: [] for name in METHODS}
+    rows: Rows = {name: [] for name in (PEER, *METHODS)}
+    variances: Rows = {name: [] for name in METHODS}
     cv2.setRNGSeed(run.seed)
     for begin, end in progress(keys):
         truth, taught = hall.truths[begin, end], hall.moments[begin]
@@ -98,13 +99,9 @@ def _truth_variance(truth: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([along, along, along, TRUTH_YAW**2])
 
 
-def _add_table(
-    run: Run, rows: dict[str, list[NDArray[np.float64]]], variances: dict[str, list[NDArray[np.float64]]]
-) -> None:
-    heads = (
-        'method | right | none | wrong | position cm: median / 95 % / max | heading °: the same | NEES x | y | z | yaw'
-    )
-    table = run.table('Machine hall', heads)
+def _add_table(run: Run, rows: Rows, variances: Rows) -> None:
+    heads = 'method | right | none | wrong | position cm: median / 95 % / max | heading °: the same'
+    table = run.table('Machine hall', heads, 'NEES x | y | z | yaw')
     for method, errors in rows.items():
         wrong_by = np.array(errors)
         distance, yaw = np.linalg.norm(wrong_by[:, :3], axis=1), np.abs(wrong_by[:, 3])
