@@ -26,9 +26,9 @@ def messages_of(samples: Sequence[Sequence[PoseSample]], odometry: Sequence[tupl
     return sorted(content, key=lambda message: (message[0], -message[1]))
 
 
-def new_arbiter(sources: int, settings: ArbiterSettings | None = None) -> Arbiter:
+def new_arbiter(sources: int) -> Arbiter:
     """Return an arbiter with default settings for a number of sources."""
-    return Arbiter((SourceSettings(),) * sources, settings or ArbiterSettings())
+    return Arbiter((SourceSettings(),) * sources, ArbiterSettings())
 
 
 def add_message(arbiter: Arbiter, message: Message, now: int) -> None:

@@ -53,10 +53,10 @@ class RoomBag:
     truth: OccupancyMap = field(init=False)
 
 
-def load_room_bag(path: Path = BAG) -> RoomBag:
-    """Read a bag of `scene_simulator record_room_bag`; the true pose comes last at each instant."""
+def load_room_bag() -> RoomBag:
+    """Read the bag of `scene_simulator record_room_bag`; the true pose comes last at each instant."""
     bag, images = RoomBag(), dict[str, Image]()
-    with BagReader(path) as reader:
+    with BagReader(BAG) as reader:
         for raw in reader.messages():
             message, stamp = reader.decode(raw), 1e-9 * raw.stamp_ns
             name = raw.topic.split('/')[1]
