@@ -59,10 +59,6 @@ class RenderedSurvey:
         """Return the wanted images as a batch that any process can render."""
         return RenderedBatch(self._size, self._seed, tuple(wanted))
 
-    def image(self, index: int) -> NDArray[np.uint8]:
-        """Return an image of the drive."""
-        return self.photograph(self.truth[index], index)
-
     def photograph(self, pose: SE2, number: int) -> NDArray[np.uint8]:
         """Return the image taken at a pose."""
         rng = np.random.default_rng([self._seed, 2, number])
@@ -81,7 +77,7 @@ class RenderedBatch:
         """Render the images."""
         survey = _survey(self.size, self.seed)
         for index in self.wanted:
-            yield index, survey.image(index)
+            yield index, survey.photograph(survey.truth[index], index)
 
 
 # Each process generates the floor once.

@@ -8,6 +8,7 @@ ambientCG, CC0).
 
 import math
 from collections.abc import Iterator
+from functools import cache
 from typing import NamedTuple
 
 import cv2
@@ -65,15 +66,14 @@ class SheetBench:
     """The map of all sheets, ready to locate views in it."""
 
     def __init__(self, sheets: list[NDArray[np.float64]]) -> None:
-        self._sheets = sheets
-        self._localizers: dict[int | None, FloorLocalizer] = {}
+        self._without = cache(lambda sheet: FloorLocalizer(index_map(sheet_map(sheets, sheet)), VIEW_MOUNT))
 
     def trial(self, view: SheetView, generator: np.random.Generator) -> Trial:
         """Locate one sheet."""
         pose = random_view_pose(generator)
-        dots = self._localizer(None).detect(view.from_above(pose))
-        fix = self._localizer(None).locate_dots(dots, VIEW_CAMERA)
-        without = self._localizer(view.sheet).locate_dots(dots, VIEW_CAMERA)
+        dots = self._without(None).detect(view.from_above(pose))
+        fix = self._without(None).locate_dots(dots, VIEW_CAMERA)
+        without = self._without(view.sheet).locate_dots(dots, VIEW_CAMERA)
         without_it = 'wrong' if isinstance(without, Fix) else 'none'
         if not isinstance(fix, Fix):
             return Trial('none', without_it=without_it)
@@ -81,12 +81,6 @@ class SheetBench:
         distance = float(np.linalg.norm(fix.T_map_base.transform(middle)[0] - sheet_origin(view.sheet)))
         outcome = 'right' if distance <= AGREEMENT else 'wrong'
         return Trial(outcome, distance, abs(pose.yaw_to(fix.T_map_base)), fix.match_rate, without_it)
-
-    def _localizer(self, left_out: int | None) -> FloorLocalizer:
-        if left_out not in self._localizers:
-            floor = index_map(sheet_map(self._sheets, left_out))
-            self._localizers[left_out] = FloorLocalizer(floor, VIEW_MOUNT)
-        return self._localizers[left_out]
 
 
 def terrazzo_map(picture: NDArray[np.uint8], detector: DotDetector) -> DotMap:

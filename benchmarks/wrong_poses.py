@@ -95,9 +95,7 @@ def run_batch(batch: Batch) -> Counter[str]:
     return counts
 
 
-@cache
-def _floor(seed: int) -> NDArray[np.float64]:
-    return paper_floor(seed)
+_floor = cache(paper_floor)
 
 
 @cache
