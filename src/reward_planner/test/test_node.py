@@ -160,9 +160,9 @@ def test_a_fault_of_the_driver_stops_the_robot(graph, monkeypatch):
 def test_while_a_route_is_computed_the_robot_stands_and_commands_go_on(graph, monkeypatch):
     release, update = Event(), Replanner.update
 
-    def update_late(*arguments):
+    def update_late(*arguments, **options):
         assert release.wait(20.0)
-        update(*arguments)
+        update(*arguments, **options)
 
     robot = Robot(graph, drive=True, planning_thread=True)
     monkeypatch.setattr(Replanner, 'update', update_late)

@@ -7,8 +7,9 @@ import pytest
 from grid_drive import GridDrive, goal_at, hall, is_stopped, wall_with_door
 
 from reward_planner.core.driving.drive_state import DriveState, Velocity, VelocitySmoother
+from reward_planner.core.driving.replanner import path_length
 from reward_planner.core.mapping.global_map import LocalMap
-from reward_planner.core.occupancy_map import OCCUPIED
+from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
 from reward_planner.core.route.route import thin_path
 from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
@@ -96,6 +97,21 @@ def test_a_cleared_map_discards_the_cycle_that_runs():
     run.finish()
     drive.tick()
     assert drive.drives[-1].state is DriveState.DRIVING
+
+
+def test_the_way_around_somebody_ends_when_he_has_left():
+    drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0), DrivingSettings(replan_period=60.0))
+    drive.controller.set_goal(goal_at(9.0, 3.0))
+    drive.run(0.3)
+    planning, now = drive.controller.replanner, 0.4
+    direct = path_length(planning.points_map)
+    frame = GridFrame(5.0, 0.0, 0.1, 1, 50)
+    planning.set_obstacles(LocalMap(frame, np.full(frame.shape, OCCUPIED, np.int8), np.ones(frame.shape, bool)))
+    planning.update(now, drive.pose)
+    assert path_length(planning.points_map) > direct + 1.0
+    planning.set_obstacles(None)
+    planning.update(now, drive.pose)
+    assert path_length(planning.points_map) == pytest.approx(direct)
 
 
 def test_a_failed_cycle_is_reported_once_and_planning_starts_again():

@@ -88,8 +88,10 @@ class Replanner:
                 self._search.update_cells(cells, self.costmap.costs[cells[:, 0], cells[:, 1]])
             self._has_changed = True
 
-    def update(self, now: float, robot: SE2) -> None:
+    def update(self, now: float, robot: SE2, *, must_compare: bool = False) -> None:
         """Update the route at a time [s] for a pose of the robot in the map, and replan if needed.
+
+        A free route is compared with a new one once per period, or now if it must.
 
         Raises:
             DrivingError: the goal is too far away.
@@ -103,7 +105,7 @@ class Replanner:
         # The robot moved: the route begins at its nearest point, and the reward rule remembers the place.
         self._drop_passed_points(robot)
         self._record_position(robot)
-        is_due = now - self._planned_at >= self._settings.replan_period or now < self._planned_at
+        is_due = must_compare or now - self._planned_at >= self._settings.replan_period or now < self._planned_at
         # Without a route: plan at once on a changed map, and then once per period.
         if len(self.points_map) == 0:
             if is_due or (self._has_changed and self.no_route_reason is None):

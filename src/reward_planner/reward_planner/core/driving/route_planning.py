@@ -90,14 +90,19 @@ class RoutePlanning:
         self._changes: list[tuple[GlobalMap, GridFrame | None]] = []
         self._future: Future[PlannedRoute] | None = None
         self._obstacles: LocalMap | None = None
+        self._must_compare = False
 
     def update_map(self, part: GridFrame) -> None:
         """Plan with the changed part of the map from the next cycle on."""
         self._changes.append((self._snapshot(), part))
 
     def set_obstacles(self, obstacles: LocalMap | None) -> None:
-        """Keep the route off temporary obstacles, which are not in the map; they replace the previous ones."""
+        """Keep the route off temporary obstacles, which are not in the map; they replace the previous ones.
+
+        Without them, the way around them is compared with a new route at once.
+        """
         before, self._obstacles = self._obstacles, obstacles
+        self._must_compare |= before is not None and obstacles is None
         for each in (before, obstacles):
             if each is not None:
                 self.update_map(each.frame)
@@ -112,7 +117,8 @@ class RoutePlanning:
         is_current = self._take_result()
         if self._future is None:
             changes, self._changes = self._changes, []
-            self._future = self._run(lambda: self._plan(changes, now, robot))
+            must_compare, self._must_compare = self._must_compare, False
+            self._future = self._run(lambda: self._plan(changes, now, robot, must_compare))
             is_current = self._take_result()
         if not is_current or self._future is not None:
             self._drop_passed_points(robot)
@@ -150,7 +156,9 @@ class RoutePlanning:
             self.replan_count, self.error, self.is_planned = planned.replan_count, planned.error, True
         return True
 
-    def _plan(self, changes: list[tuple[GlobalMap, GridFrame | None]], now: float, robot: SE2) -> PlannedRoute:
+    def _plan(
+        self, changes: list[tuple[GlobalMap, GridFrame | None]], now: float, robot: SE2, must_compare: bool
+    ) -> PlannedRoute:
         """Plan after changes of the map; in the thread of planning."""
         replanner, error = self._replanner, ''
         for snapshot, part in changes:
@@ -160,7 +168,7 @@ class RoutePlanning:
             else:
                 replanner.update_map(part)
         try:
-            replanner.update(now, robot)
+            replanner.update(now, robot, must_compare=must_compare)
         except DrivingError as fault:
             error = str(fault)
         return PlannedRoute(replanner.points_map, replanner.no_route_reason, replanner.replan_count, error)
