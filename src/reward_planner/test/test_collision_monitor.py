@@ -12,7 +12,7 @@ from reward_planner.core.safety.safety_settings import CollisionMonitorSettings,
 from reward_planner.core.safety.stopping_motion import STEP, BaseDynamics, BaseMotion, stopping_path
 from scene_simulator.mission.pedestrians import Walker
 from scene_simulator.room.box_room import BoxRoom, Solids, cast_rays
-from shirube_core.geometry import SE2, PinholeCamera, rotation_matrix
+from shirube_core.geometry import SE2, PinholeCamera
 
 ANGLES = np.linspace(-1.0, 1.0, 240)
 BEAMS = np.column_stack([np.cos(ANGLES), np.sin(ANGLES), 0.0 * ANGLES])
@@ -259,6 +259,15 @@ def test_it_waits_for_somebody_whose_way_it_would_cross():
     assert drive.pose.x > 2.0
 
 
+def test_it_stands_long_before_somebody_who_comes_at_it():
+    """Each step towards him would bring it farther into his way."""
+    walker, drive = Walker('person', SE2(4.0, 0.05, math.pi), 0.6), Drive()
+    gap = lambda: walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6)  # noqa: E731
+    decision = drive.run(8.0, walker, until=lambda: gap() < 1.0)
+    assert drive.speed == 0.0
+    assert decision.action is Action.YIELD
+
+
 def test_a_zone_that_covers_all_points_stops_the_robot_in_one_line():
     drive = Drive(exclusion_zones=(-20.0, -20.0, -1.0, 20.0, 20.0, 5.0))
     with pytest.raises(RewardPlannerError, match='scan: exclusion_zones hold all of its points'):
@@ -266,24 +275,3 @@ def test_a_zone_that_covers_all_points_stops_the_robot_in_one_line():
     drive.monitor.add_command(drive.now, 0.5, 0.0)
     decision = drive.monitor.decide(drive.now)
     assert (decision.forward, decision.action) == (0.0, Action.FAULT)
-
-
-class WithCamera(Drive):
-    """A robot with a camera of rays up and down, at the height of a mast."""
-
-    def send(self, walker=None):
-        self.monitor.add_odometry(self.now, self.pose)
-        up = np.linspace(-0.7, 0.3, 40)
-        beams = (BEAMS[:, None] + np.stack([0.0 * up, 0.0 * up, up], axis=1)).reshape(-1, 3)
-        turn = np.eye(3)
-        turn[:2, :2] = rotation_matrix(self.pose.yaw)
-        ends = beams * cast_rays(self.room, walker.solids_at(self.now - 100.0), MAST, beams @ turn.T)[:, None]
-        frame = range_frame(ends.astype(np.float32), np.ones(len(ends), bool), np.eye(3), MAST)
-        self.monitor.add_frame('scan', self.now, self.now, frame)
-
-
-def test_who_is_predicted_within_the_footprint_is_no_wrong_mount():
-    drive, walker = WithCamera(), Walker('person', SE2(2.2, 0.9, -2.9), 1.0)
-    drive.run(1.6, walker, command=(0.0, 0.0))
-    reasons = [drive.run(0.1, walker, command=(0.0, 1.0)).reason for _ in range(25)]
-    assert not any('within the footprint' in reason for reason in reasons)

@@ -20,6 +20,7 @@ _HISTORY = 1.0  # clusters of this time are compared [s]
 # Part of the way, and distance [m], that front and back must have moved.
 _SHIFT_FRACTION, _SHIFT_MIN = 0.5, 0.1
 _JUMP, _SPEED_MAX = 0.1, 2.0  # greatest way of the centre between measurements [m, m/s]
+_WALKING = 0.4  # slower clusters may be parts of a surface that come into view [m/s]
 _LOST = 0.7  # a track without cluster is dropped after this time [s]
 _HIDDEN_TIME = 3.0  # somebody who left the field of view is predicted for this time [s]
 _REST_CELL = 0.05  # cells out of view are thinned to one in a square of this side [m]
@@ -205,6 +206,17 @@ class ClusterTracker:
         xy = np.concatenate([np.zeros((0, 2)), *(places for places, _ in parts)])
         more = np.concatenate([np.zeros((0, 4)), *(values for _, values in parts)])
         return HiddenCells(xy, more[:, :2], more[:, 2], more[:, 3])
+
+    def motion_of(self, xy_odom: NDArray[np.float64]) -> CellMotion:
+        """Return the motion of cells of earlier measurements, shape (n, 2) [m]: they went on with somebody's others."""
+        velocity, sigma = np.zeros((len(xy_odom), 2)), np.full(len(xy_odom), np.nan)
+        for track in self._tracks:
+            is_walking = track.is_shifted and float(np.hypot(*track.state[2:])) > _WALKING
+            if is_walking and track.is_confirmed and track not in self._hidden:
+                held = np.concatenate([xy for _, xy in track.history])
+                is_his = (xy_odom[:, None] == held).all(axis=2).any(axis=1)
+                velocity[is_his], sigma[is_his] = track.state[2:], track.speed_sigma
+        return CellMotion(velocity, sigma)
 
     def _assign(
         self,

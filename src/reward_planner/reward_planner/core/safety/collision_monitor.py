@@ -21,7 +21,7 @@ from reward_planner.core.safety.stopping_motion import (
     BaseDynamics,
     BaseMotion,
     Obstacles,
-    contacts,
+    has_contact,
     stopping_paths,
 )
 from reward_planner.core.safety.watched_source import PredictedObstacles, WatchedSource, chosen
@@ -32,8 +32,8 @@ FRACTIONS = np.linspace(1.0, 0.0, 11)
 # A robot that stopped for an obstacle drives on when the way has been free for this time [s]; slower, it has stopped.
 _RESUME_TIME, _STOPPED_SPEED = 0.3, 0.02
 _CLOCK_BACK = 0.1  # a clock that goes back by more has jumped [s]
-_YIELD_MARGINS = (0.02, 0.06, 0.12)  # clearances to the predicted way of people; the greatest that a stop allows [m]
-_SIGNIFICANT = 3.0  # a velocity counts if it exceeds its standard deviation as many times
+_YIELD_MARGIN = 0.12  # clearance to the predicted way of people [m]
+_SIGNIFICANT = 2.0  # a velocity counts if it exceeds its standard deviation as many times
 _WALKING = 0.2  # a slower cluster does not walk [m/s]
 
 
@@ -177,6 +177,7 @@ class CollisionMonitor:
             return Decision(0.0, command[1], Action.DRIVE, _REASONS[Action.DRIVE], fraction=1.0)
         best = (1.0, Action.DRIVE, '')
         for source in self.sources.values():
+            source.drop_met(now, self.footprint, T_odom_base)
             found = source.obstacles(now, T_odom_base)
             # 6. Approach: the robot stands before a disc that holds each obstacle meets its footprint.
             best = min(best, self._approach(source.name, paths, found.all), key=_fraction)
@@ -190,7 +191,7 @@ class CollisionMonitor:
         fraction, action, source_name = best
         if fraction == 0.0 and any(command):
             action = Action.STOP if action is not Action.YIELD else action
-            if abs(motion.forward) < _STOPPED_SPEED:
+            if action is Action.YIELD or abs(motion.forward) < _STOPPED_SPEED:
                 self._stopped = now, action, source_name
         elif now - self._stopped[0] < _RESUME_TIME:
             fraction, (_, action, source_name) = 0.0, self._stopped
@@ -221,36 +222,21 @@ class CollisionMonitor:
     def _approach(self, name: str, paths: list[NDArray[np.float64]], obstacles: Obstacles) -> _Limit:
         near = _within(obstacles, self.footprint.radius, paths[0], 0.0)
         for fraction, path in zip(FRACTIONS.tolist(), paths, strict=True):
-            if (contacts(path, self.footprint.corners, self.footprint.radius, near, 0.0, True) < 0).all():
+            if not has_contact(path, self.footprint.corners, self.footprint.radius, near):
                 return fraction, Action.APPROACH, name
         return 0.0, Action.STOP, name
 
     def _yield(self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles) -> _Limit:
-        """Stop for people whom the commanded drive would meet, if they do not walk into a robot that stops now."""
-        obstacles, speed = found.all, np.hypot(*found.all.velocity.T)
-        walking = (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
-        time, corners, reach = self._settings.yield_time, self.footprint.corners, self.footprint.radius
+        """Stop for people whom the commanded drive would meet: the earlier it stops, the less it is in their way."""
+        speed = np.hypot(*found.all.velocity.T)
+        walking = found.walks & (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
         if not walking.any():
             return 1.0, Action.YIELD, name
-        people = chosen(obstacles, walking)
-        people = people._replace(growth=0.0 * people.growth)
-        period = 1.0 / self._settings.rate
+        people, time = chosen(found.all, walking), self._settings.yield_time
+        people = people._replace(growth=0.0 * people.growth, radius=np.full(len(people.xy), _YIELD_MARGIN))
         drive = stopping_paths(motion, command, FRACTIONS[:1], time, self._base)[0][: int(time / STEP)]
-        stop = stopping_paths(motion, command, FRACTIONS[-1:], period, self._base)[0]
-        # A group of cells has one velocity.
-        groups, margin = people.velocity[:, 0], _YIELD_MARGINS[-1]
-        people = people._replace(radius=np.full(len(groups), margin))
-        is_met = np.isin(groups, groups[contacts(drive, corners, reach, people, 0.0, False) >= 0])
-        for margin in _YIELD_MARGINS[::-1]:
-            people = chosen(people, is_met)
-            groups, is_met = people.velocity[:, 0], is_met[is_met]
-            people = people._replace(radius=np.full(len(groups), margin))
-            meets = contacts(stop, corners, reach, people, time, False) >= 0
-            is_met = np.isin(groups, groups[meets])
-            if not is_met.all():
-                return 0.0, Action.YIELD, name
-        # Who would walk into the robot wherever it stops is left to the approach.
-        return 1.0, Action.YIELD, name
+        is_met = has_contact(drive, self.footprint.corners, self.footprint.radius, people)
+        return (0.0 if is_met else 1.0), Action.YIELD, name
 
     def _slow_down(self, name: str, command: tuple[float, float], obstacles: Obstacles) -> _Limit:
         settings = self._settings
@@ -260,8 +246,8 @@ class CollisionMonitor:
         self.slow_path = path
         near = _within(obstacles, self.footprint.radius, path, settings.slow_margin)
         near = near._replace(radius=near.radius + settings.slow_margin, growth=0.0 * near.growth)
-        met = contacts(path, self.footprint.corners, self.footprint.radius, near, 0.0, True)
-        return (1.0 if (met < 0).all() else settings.slow_fraction), Action.SLOW_DOWN, name
+        is_met = has_contact(path, self.footprint.corners, self.footprint.radius, near)
+        return (settings.slow_fraction if is_met else 1.0), Action.SLOW_DOWN, name
 
 
 _Limit = tuple[float, Action, str]

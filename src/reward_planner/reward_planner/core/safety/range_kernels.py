@@ -16,6 +16,7 @@ NEVER = -1e18
 FREE, STATIC, UNSURE, MOVING = 0, 1, 2, 3
 """Classes of a cell: no obstacle; at rest; seen too shortly to know; entered space that was seen free."""
 _WIDTH = math.tau / BINS
+_MOMENT, _SURFACE_TIME, _NOISE_REACH = 0.5, 2.0, 3  # [s], [s], [cells]
 _PARTS = 3  # rays across a bin: no cell within 4 m is between them
 
 
@@ -135,9 +136,27 @@ def clear(cells: Cells, bins: RayBins, origin: NDArray[np.float64], stamp: float
                 far, margin = math.hypot(flat, dz), _margin(flat, noise)
                 # What moves is dropped where it is seen no more; what rests, where something behind it is seen.
                 least = far + margin if cells.kind[i, j] == STATIC else far - margin
-                if least < through < math.inf:
+                is_noise = cells.kind[i, j] == STATIC and _is_noise_of_surface(cells, i, j, stamp)
+                if least < through < math.inf or is_noise:
                     cells.first[i, j] = cells.last[i, j] = NEVER
                     cells.kind[i, j] = FREE
+
+
+@njit(cache=True)
+def _is_noise_of_surface(cells: Cells, i: int, j: int, stamp: float) -> bool:
+    """Return whether a cell that was hit for a moment, long ago, is beside one that is hit now and has been for long.
+
+    Far measurements of a wall are noisy, and near ones do not see all of its height again.
+    """
+    if cells.last[i, j] - cells.first[i, j] > _MOMENT or cells.last[i, j] > stamp - _SURFACE_TIME:
+        return False
+    side = len(cells.key)
+    for a in range(-_NOISE_REACH, _NOISE_REACH + 1):
+        for b in range(-_NOISE_REACH, _NOISE_REACH + 1):
+            k, m = (i + a) % side, (j + b) % side
+            if cells.last[k, m] == stamp and NEVER < cells.first[k, m] < stamp - _SURFACE_TIME:
+                return True
+    return False
 
 
 @njit(cache=True)

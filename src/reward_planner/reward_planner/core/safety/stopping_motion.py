@@ -88,40 +88,28 @@ def stopping_paths(
 
 
 @njit(cache=True)
-def contacts(
-    path: NDArray[np.float64],
-    corners: NDArray[np.float64],
-    reach: float,
-    obstacles: Obstacles,
-    standing: float,
-    first_only: bool,
-) -> NDArray[np.int64]:
-    """Return the steps at which each obstacle's disc meets the footprint, at step 0, too; -1 for never; shape (n,).
+def has_contact(path: NDArray[np.float64], corners: NDArray[np.float64], reach: float, obstacles: Obstacles) -> bool:
+    """Return whether the disc of an obstacle meets the footprint on a path, at its begin, too.
 
     Args:
         path: x, y, yaw each STEP, shape (m, 3), as of `stopping_path`.
         corners: outline of the footprint, shape (k, 2) [m].
         reach: largest distance of a corner from the base frame's origin [m].
         obstacles: n predicted obstacles.
-        standing: time for which the base stays at the end of the path [s].
-        first_only: end at the first obstacle that is met.
     """
-    steps, met = len(path) + int(standing / STEP), np.full(len(obstacles.xy), -1)
     for i in range(len(obstacles.xy)):
         limit = math.inf
         if obstacles.is_static[i]:
             limit = polygon_distance(corners, obstacles.xy[i, 0], obstacles.xy[i, 1]) - _TOUCH
-        for k in range(steps):
-            row, time = path[min(k, len(path) - 1)], k * STEP
+        for k in range(len(path)):
+            x, y, yaw = path[k]
+            time = k * STEP
             radius = min(obstacles.radius[i] + obstacles.growth[i] * time, limit)
-            dx = obstacles.xy[i, 0] + obstacles.velocity[i, 0] * time - row[0]
-            dy = obstacles.xy[i, 1] + obstacles.velocity[i, 1] * time - row[1]
+            dx = obstacles.xy[i, 0] + obstacles.velocity[i, 0] * time - x
+            dy = obstacles.xy[i, 1] + obstacles.velocity[i, 1] * time - y
             if math.hypot(dx, dy) > reach + radius:
                 continue
-            cos, sin = math.cos(row[2]), math.sin(row[2])
+            cos, sin = math.cos(yaw), math.sin(yaw)
             if polygon_distance(corners, cos * dx + sin * dy, cos * dy - sin * dx) < radius:
-                met[i] = k
-                break
-        if first_only and met[i] >= 0:
-            break
-    return met
+                return True
+    return False

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker
+from reward_planner.core.safety.cluster_tracker import CellMotion, ClusterTracker, HiddenCells
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.safety.range_frame import RangeFrame
 from reward_planner.core.safety.range_kernels import MOVING, STATIC, UNSURE
@@ -23,11 +23,15 @@ _WALK_CHANGE = 0.3  # by how much somebody changes his velocity at once [m/s]
 
 
 class PredictedObstacles(NamedTuple):
-    """All obstacles; those that may turn out to walk, as if they did; the sigma of all speeds, NaN if unknown [m/s]."""
+    """All obstacles; those that may turn out to walk, as if they did; the sigma of all speeds, NaN if unknown [m/s].
+
+    ``walks`` are those of clusters in view that moved as a whole, shape (n,).
+    """
 
     all: Obstacles
     unsure: Obstacles
     sigma: NDArray[np.float64]
+    walks: NDArray[np.bool_]
 
 
 def chosen(obstacles: Obstacles, mask: NDArray[np.bool_]) -> Obstacles:
@@ -68,6 +72,8 @@ class WatchedSource:
         self._tracker = ClusterTracker()
         self._cells, self._motion = self._memory.obstacles(), CellMotion(np.zeros((0, 2)), np.zeros(0))
         self._mapped_count = 0  # of the cells; the others are predicted
+        self._walks = np.zeros(0, dtype=np.bool_)  # of the mapped cells: the cluster moved as a whole
+        self._met: list[NDArray[np.float64]] = []  # velocities of hidden people who did not go on
 
     def invalidate(self, fault: str) -> None:
         """Stop the robot until the next valid measurement, for a reason."""
@@ -101,14 +107,23 @@ class WatchedSource:
         motion = self._tracker.update(stamp, self._cells.xy[moves], self._memory.is_open, self._memory.origin[:2])
         velocity, sigma = np.zeros((len(moves), 2)), np.full(len(moves), np.nan)
         velocity[moves], sigma[moves] = motion
+        before = (self._cells.kind == MOVING) & ~moves
+        velocity[before], sigma[before] = self._tracker.motion_of(self._cells.xy[before])
         # A part of a surface that comes into view looks as if it moved.
         resting = np.flatnonzero(moves)[self._tracker.resting]
         self._cells.kind[resting], velocity[resting], sigma[resting] = STATIC, 0.0, np.nan
+        self._walks = np.zeros(len(moves), dtype=np.bool_)
+        self._walks[moves] = self._tracker.shifted
         self._append_hidden(CellMotion(velocity, sigma))
 
     def _append_hidden(self, motion: CellMotion) -> None:
         """Add those who left the field of view."""
         hidden, cells = self._tracker.hidden(), self._cells
+        self._met = [each for each in self._met if (hidden.velocity == each).all(axis=1).any()]
+        goes_on = np.ones(len(hidden.xy), dtype=np.bool_)
+        for each in self._met:
+            goes_on &= (hidden.velocity != each).any(axis=1)
+        hidden = HiddenCells(*(each[goes_on] for each in hidden))
         self._mapped_count = len(cells.xy)
         kind = np.full(len(hidden.xy), MOVING, dtype=np.int8)
         self._cells = ObstacleCells(
@@ -147,6 +162,21 @@ class WatchedSource:
         self._memory.forget(self._cells.xy[inside[~is_seen]])
         return int(is_seen.sum())
 
+    def drop_met(self, now: float, footprint: Footprint, T_odom_base: SE2) -> None:
+        """Drop the prediction that hidden people walk on if it brings them into the footprint now [s]: they did not."""
+        cells, velocity, count = self._cells, self._motion.velocity, self._mapped_count
+        xy = T_odom_base.inverse().transform(cells.xy[count:] + velocity[count:] * (now - cells.stamp[count:, None]))
+        near = np.flatnonzero((np.hypot(*xy.T) < footprint.radius) & velocity[count:].any(axis=1))
+        inside = near[footprint.distances(xy[near]) < 0.0]
+        if len(inside) == 0:
+            return
+        met = np.unique(velocity[count + inside], axis=0)
+        self._met += list(met)
+        kept = np.ones(len(cells.xy), dtype=np.bool_)
+        kept[count:] = ~(velocity[count:, None] == met).all(axis=2).any(axis=1)
+        self._cells = ObstacleCells(cells.xy[kept], cells.stamp[kept], cells.kind[kept])
+        self._motion = CellMotion(velocity[kept], self._motion.sigma[kept])
+
     def obstacles(self, now: float, T_odom_base: SE2) -> PredictedObstacles:
         """Return the predicted obstacles now [s] in the base frame.
 
@@ -161,8 +191,11 @@ class WatchedSource:
         velocity = self._motion.velocity @ rotation_matrix(T_odom_base.yaw)
         # What has left the view may be nearer than the part that was seen last.
         margin = settings.stop_margin + _UNSEEN_MARGIN * (cells.stamp < self._stamp)
-        known = Obstacles(xy, velocity, margin + growth * np.minimum(age, _GROWTH_TIME), growth, ~moves)
+        # The robot may leave somebody who may stand near it, out of view.
+        rests = ~moves | (np.arange(len(xy)) >= self._mapped_count) & ~velocity.any(axis=1)
+        known = Obstacles(xy, velocity, margin + growth * np.minimum(age, _GROWTH_TIME), growth, rests)
         # What was seen for a moment only is an obstacle, and may be somebody.
         speed = np.full(len(xy), settings.obstacle_speed)
         walking = Obstacles(xy, velocity, margin + speed * age, speed, np.zeros(len(xy), dtype=np.bool_))
-        return PredictedObstacles(known, chosen(walking, cells.kind == UNSURE), sigma)
+        walks = np.concatenate([self._walks, np.zeros(len(xy) - self._mapped_count, dtype=np.bool_)])
+        return PredictedObstacles(known, chosen(walking, cells.kind == UNSURE), sigma, walks)

@@ -1,0 +1,58 @@
+"""What the collision monitor remembers of places that it does not see: people, and noise before walls."""
+
+import numpy as np
+import pytest
+from test_collision_monitor import BEAMS, MAST, ORIGIN, SCAN, Drive
+
+from reward_planner.core.safety.range_frame import RangeFrame, range_frame
+from reward_planner.core.safety.range_memory import RangeMemory
+from scene_simulator.mission.pedestrians import Walker
+from scene_simulator.room.box_room import cast_rays
+from shirube_core.geometry import SE2, rotation_matrix
+
+
+@pytest.mark.parametrize('seconds', [0.1, 1.0])
+def test_noise_before_a_wall_is_forgotten_and_what_hangs_there_is_kept(seconds):
+    """A near camera sees the wall again, but only lower than what it saw from afar."""
+    memory, where = RangeMemory(SCAN, 600.0), SE2(0.0, 0.0, 0.0)
+    wall = np.stack(np.meshgrid(1.5, np.linspace(-0.3, 0.3, 61), np.linspace(0.1, 0.5, 21)), axis=-1).reshape(-1, 3)
+    high = np.stack(np.meshgrid(1.38, np.linspace(-0.05, 0.05, 5), [1.0, 1.1]), axis=-1).reshape(-1, 3)
+    for k in range(40):
+        ends = np.concatenate([wall, high]) if 0.1 * k < seconds else wall
+        memory.update(0.1 * k, RangeFrame(ORIGIN, ends, np.ones(len(ends), bool)), where, np.ones(len(ends), bool))
+    assert (memory.obstacles().xy[:, 0] < 1.45).any() == (seconds == 1.0)
+
+
+class WithCamera(Drive):
+    """A robot with a camera of rays up and down, at the height of a mast."""
+
+    def send(self, walker=None):
+        self.monitor.add_odometry(self.now, self.pose)
+        up = np.linspace(-0.7, 0.3, 40)
+        beams = (BEAMS[:, None] + np.stack([0.0 * up, 0.0 * up, up], axis=1)).reshape(-1, 3)
+        turn = np.eye(3)
+        turn[:2, :2] = rotation_matrix(self.pose.yaw)
+        ends = beams * cast_rays(self.room, walker.solids_at(self.now - 100.0), MAST, beams @ turn.T)[:, None]
+        frame = range_frame(ends.astype(np.float32), np.ones(len(ends), bool), np.eye(3), MAST)
+        self.monitor.add_frame('scan', self.now, self.now, frame)
+
+
+def test_who_is_predicted_within_the_footprint_is_no_wrong_mount():
+    drive, walker = WithCamera(), Walker('person', SE2(2.2, 0.9, -2.9), 1.0)
+    drive.run(1.6, walker, command=(0.0, 0.0))
+    reasons = [drive.run(0.1, walker, command=(0.0, 1.0)).reason for _ in range(25)]
+    assert not any('within the footprint' in reason for reason in reasons)
+
+
+def test_the_robot_leaves_somebody_who_stopped_beside_it_out_of_view():
+    """He did not walk on through the robot, and where he may stand the robot comes no nearer."""
+
+    class Stops(Walker):
+        def pose_at(self, time):
+            return super().pose_at(min(time, 1.6))
+
+    drive, walker = WithCamera(), Stops('person', SE2(2.2, 0.9, -2.9), 1.0)
+    drive.run(1.6, walker, command=(0.0, 0.0))
+    drive.run(1.0, walker, command=(0.0, -1.5))
+    drive.run(1.0, walker, command=(0.3, 0.0))
+    assert drive.speed > 0.2
