@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -32,6 +32,14 @@ MARGIN = 0.07  # A view at this distance from the floor's border is on the floor
 
 # Powers of the inverse of the root of g^4 = g + 1: their multiples fill a cube evenly (Roberts 2018).
 _EVEN_STEPS = np.array([1.2207440846057596**-power for power in (1, 2, 3)])
+
+
+@dataclass
+class Outcome:
+    """What came of the images of one condition, without and with a prior."""
+
+    scores: list[PoseScore] = field(default_factory=list)
+    tracked: list[PoseScore] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -70,15 +78,15 @@ class SurveyedFloor:
             x, y = margin + step[:2] * (np.array(self.design.size) - 2.0 * margin)
             yield SE2(float(x), float(y), math.tau * (float(step[2]) - 0.5))
 
-    def scores(self, images: Iterable[tuple[NDArray[np.uint8], SE2]]) -> tuple[list[PoseScore], list[PoseScore]]:
-        """Locate images taken at true poses, without a prior and with one."""
-        scores, with_prior = [], []
+    def outcome(self, images: Iterable[tuple[NDArray[np.uint8], SE2]]) -> Outcome:
+        """Locate images taken at true poses."""
+        result = Outcome()
         for number, (image, pose) in enumerate(images):
             dots = self.localizer.detect(image)
-            scores.append(score_pose(self.localizer.locate_dots(dots, CAMERA), pose))
+            result.scores.append(score_pose(self.localizer.locate_dots(dots, CAMERA), pose))
             tracked = self.localizer.locate_dots(dots, CAMERA, tracked_prior(pose, number))
-            with_prior.append(score_pose(tracked, pose))
-        return scores, with_prior
+            result.tracked.append(score_pose(tracked, pose))
+        return result
 
 
 def tracked_prior(truth: SE2, number: int) -> PosePrior:

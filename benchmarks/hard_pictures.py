@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from _figures import rate, rms
-from _floor_photographs import CAMERA, SurveyedFloor
+from _floor_photographs import CAMERA, Outcome, SurveyedFloor
 from _hard_conditions import CONDITIONS, HardCondition
 from _harness import Option, Run, progress, run_benchmark
 from _pose_scores import EXACT_WITHIN, pose_cells, whitened_errors
@@ -27,6 +27,12 @@ from scene_simulator.floor.dot_floor import FloorDesign
 from shirube_core.geometry import SE2
 
 ZOOM, STRIP, COLUMNS = 1.25, 26, 4
+
+
+def hard_outcome(floor: SurveyedFloor, condition: HardCondition, count: int, seed: int) -> Outcome:
+    """Locate pictures of one condition at places all over a floor of its design."""
+    poses = enumerate(progress(floor.places(count), condition.name, count))
+    return floor.outcome((picture(floor, condition, pose, [seed, number]), pose) for number, pose in poses)
 
 
 def picture(floor: SurveyedFloor, condition: HardCondition, pose: SE2, seed: list[int]) -> NDArray[np.uint8]:
@@ -71,9 +77,8 @@ def main(run: Run, places: int, only: str, pictures: str) -> None:
     chosen = [condition for condition in CONDITIONS if only in condition.name]
     for condition in chosen:
         floor = floors.setdefault(condition.design, SurveyedFloor(condition.design))
-        poses = enumerate(progress(floor.places(places), condition.name, places))
-        images = ((picture(floor, condition, pose, [run.seed, number]), pose) for number, pose in poses)
-        for prior, scores in zip(('none', 'tracked'), floor.scores(images), strict=True):
+        outcome = hard_outcome(floor, condition, places, run.seed)
+        for prior, scores in (('none', outcome.scores), ('tracked', outcome.tracked)):
             exact = rate(sum(score.distance < EXACT_WITHIN for score in scores), len(scores))
             verdicts, position, heading = pose_cells(scores)
             reasons = Counter(score.reason for score in scores if score.reason)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from _figures import mean, outcomes, rate, rms
-from _floor_photographs import CAMERA, MOUNT, SurveyedFloor
+from _floor_photographs import CAMERA, MOUNT, Outcome, SurveyedFloor
 from _harness import Option, Run, progress, run_benchmark
 from _pose_scores import pose_cells, whitened_errors
 from numpy.typing import NDArray
@@ -62,6 +62,11 @@ def photographs(
         yield PHOTOGRAPHER.photograph(floor.floor, [pose], mount, rng=rng).image, pose
 
 
+def outcome(floor: SurveyedFloor, condition: Condition, count: int, seed: int) -> Outcome:
+    """Locate all images of a condition."""
+    return floor.outcome(progress(photographs(floor, condition, count, seed), condition.name, count))
+
+
 def add_errors(run: Run, floor: SurveyedFloor, conditions: list[Condition], places: int) -> None:
     """Add the errors on one map."""
     table = run.table(
@@ -70,11 +75,10 @@ def add_errors(run: Run, floor: SurveyedFloor, conditions: list[Condition], plac
         'error / stated | error / stated, tracked',
     )
     for condition in conditions:
-        images = progress(photographs(floor, condition, places, run.seed), condition.name, places)
-        scores, with_prior = floor.scores(images)
-        verdicts, position, heading = pose_cells(scores, '.1f', '.4f', 1e6, (50, 95, 100))
-        tracked = outcomes(score.verdict for score in with_prior)
-        stated = (rms(whitened_errors(each), '.2f', better='one') for each in (scores, with_prior))
+        found = outcome(floor, condition, places, run.seed)
+        verdicts, position, heading = pose_cells(found.scores, '.1f', '.4f', 1e6, (50, 95, 100))
+        tracked = outcomes(score.verdict for score in found.tracked)
+        stated = (rms(whitened_errors(each), '.2f', better='one') for each in (found.scores, found.tracked))
         table.add(condition.name, verdicts, tracked, position, heading, *stated)
 
 
