@@ -23,22 +23,13 @@ SOURCES_OF = {
 FOLDERS = (*(f'src/{package}' for package in PACKAGES), 'tests', 'benchmarks', 'environment')
 
 # What knows only numbers: folders and files below src/, and what of them is left out.
+CORES = ('floor_localizer', 'motor_bridge', 'pose_arbiter', 'reward_planner', 'shirube_camera', 'stereo_landmark')
 PURE = (
-    'floor_localizer/floor_localizer/core',
-    'motor_bridge/motor_bridge/core',
-    'motor_bridge/motor_bridge/emulator',
-    'pose_arbiter/pose_arbiter/core',
-    'reward_planner/reward_planner/core',
-    'scene_simulator',
-    'shirube_camera/shirube_camera/core',
-    'shirube_core/shirube_core/crc.py',
-    'shirube_core/shirube_core/geometry',
-    'shirube_core/shirube_core/motion',
-    'shirube_core/shirube_core/settings',
-    'shirube_core/shirube_core/waveform.py',
-    'stereo_landmark/stereo_landmark/core',
-    'vlc_beacon/vlc_beacon/core',
+    *(f'{name}/{name}/core' for name in (*CORES, 'vlc_beacon')),
+    *(f'shirube_core/shirube_core/{name}' for name in ('crc.py', 'geometry', 'motion', 'settings', 'waveform.py')),
     *(f'shirube_bags/shirube_bags/{name}.py' for name in ('accuracy', 'errors', 'stamps', 'trajectory')),
+    'motor_bridge/motor_bridge/emulator',
+    'scene_simulator',
 )
 NOT_PURE = (
     'motor_bridge/motor_bridge/emulator/pseudo_terminal.py',

@@ -58,23 +58,23 @@ class Drive:
                 break
         return decision
 
+    def gap(self, walker):
+        return walker.solids_at(self.now - 100.0).clearance(self.pose.x, self.pose.y, 0.2, 0.6)
 
-def contact_speed(speed, *, monitored, kind='person'):
-    walker = Walker(kind, SE2(4.0, 0.05, math.pi), speed)
-    drive = Drive()
 
-    def gap():
-        return walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6)
-
-    drive.run(8.0, walker, monitored=monitored, until=lambda: gap() <= 0.0)
-    assert gap() <= 0.0
-    return drive.speed
+def drive_until_contact(speed, *, monitored, kind='person'):
+    walker, drive = Walker(kind, SE2(4.0, 0.05, math.pi), speed), Drive()
+    drive.run(8.0, walker, monitored=monitored, until=lambda: drive.gap(walker) <= 0.0)
+    assert drive.gap(walker) <= 0.0
+    return drive
 
 
 @pytest.mark.parametrize('kind', ['person', 'legs', 'wheelchair'])
 def test_somebody_who_walks_head_on_meets_a_standing_robot(kind):
-    assert contact_speed(1.0, monitored=False, kind=kind) == pytest.approx(0.5)
-    assert contact_speed(1.0, monitored=True, kind=kind) < 1e-6
+    assert drive_until_contact(1.0, monitored=False, kind=kind).speed == pytest.approx(0.5)
+    drive = drive_until_contact(1.0, monitored=True, kind=kind)
+    assert drive.speed < 1e-6
+    assert drive.pose.x < 1.0  # each step towards him would have brought it farther into his way
 
 
 def test_the_stopping_path_is_the_stopping_distance():
@@ -233,8 +233,7 @@ def test_a_slow_person_who_first_stands_still_meets_a_standing_robot(seconds):
             return super().pose_at(max(0.0, time - seconds))
 
     walker = Starts('person', begin, 0.33)
-    gap = lambda: walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6)  # noqa: E731
-    drive.run(8.0, walker, command=(0.36, 0.0), until=lambda: gap() <= 0.0)
+    drive.run(8.0, walker, command=(0.36, 0.0), until=lambda: drive.gap(walker) <= 0.0)
     assert drive.speed < 1e-6
 
 
@@ -254,18 +253,9 @@ def test_it_waits_for_somebody_whose_way_it_would_cross():
     drive, gaps = Drive(), []
     for _ in range(100):
         drive.run(0.1, walker)
-        gaps.append(walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6))
+        gaps.append(drive.gap(walker))
     assert min(gaps) > 0.15
     assert drive.pose.x > 2.0
-
-
-def test_it_stands_long_before_somebody_who_comes_at_it():
-    """Each step towards him would bring it farther into his way."""
-    walker, drive = Walker('person', SE2(4.0, 0.05, math.pi), 0.6), Drive()
-    gap = lambda: walker.solids_at(drive.now - 100.0).clearance(drive.pose.x, drive.pose.y, 0.2, 0.6)  # noqa: E731
-    decision = drive.run(8.0, walker, until=lambda: gap() < 1.0)
-    assert drive.speed == 0.0
-    assert decision.action is Action.YIELD
 
 
 def test_a_zone_that_covers_all_points_stops_the_robot_in_one_line():
