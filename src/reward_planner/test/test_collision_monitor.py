@@ -72,9 +72,7 @@ def drive_until_contact(speed, *, monitored, kind='person'):
 @pytest.mark.parametrize('kind', ['person', 'legs', 'wheelchair'])
 def test_somebody_who_walks_head_on_meets_a_standing_robot(kind):
     assert drive_until_contact(1.0, monitored=False, kind=kind).speed == pytest.approx(0.5)
-    drive = drive_until_contact(1.0, monitored=True, kind=kind)
-    assert drive.speed < 1e-6
-    assert drive.pose.x < 1.0  # each step towards him would have brought it farther into his way
+    assert drive_until_contact(1.0, monitored=True, kind=kind).speed < 1e-6
 
 
 def test_the_stopping_path_is_the_stopping_distance():
@@ -256,6 +254,13 @@ def test_it_waits_for_somebody_whose_way_it_would_cross():
         gaps.append(drive.gap(walker))
     assert min(gaps) > 0.15
     assert drive.pose.x > 2.0
+
+
+def test_it_stands_long_before_somebody_who_comes_at_it():
+    """Each step towards him would bring it farther into his way."""
+    walker, drive = Walker('person', SE2(4.0, 0.05, math.pi), 0.6), Drive()
+    decision = drive.run(8.0, walker, until=lambda: drive.gap(walker) < 1.0)
+    assert (drive.speed, decision.action) == (0.0, Action.YIELD)
 
 
 def test_a_zone_that_covers_all_points_stops_the_robot_in_one_line():

@@ -21,17 +21,8 @@ from shirube_ros.errors import FrameError
 from shirube_ros.message_conversion import planar_pose, pose_stamped
 
 HEADER = Header(frame_id='map')
-CODES = {
-    'NONE': 0,
-    'UNKNOWN': 200,
-    'INVALID_PLANNER': 201,
-    'TF_ERROR': 202,
-    'START_OUTSIDE_MAP': 203,
-    'GOAL_OUTSIDE_MAP': 204,
-    'START_OCCUPIED': 205,
-    'GOAL_OCCUPIED': 206,
-    'NO_VALID_PATH': 208,
-}
+CODES = {'NONE': 0, 'UNKNOWN': 200, 'INVALID_PLANNER': 201, 'TF_ERROR': 202, 'START_OUTSIDE_MAP': 203}
+CODES |= {'GOAL_OUTSIDE_MAP': 204, 'START_OCCUPIED': 205, 'GOAL_OCCUPIED': 206, 'NO_VALID_PATH': 208}
 
 
 def navigator():

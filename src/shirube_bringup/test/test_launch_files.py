@@ -12,11 +12,8 @@ import pytest
 import yaml
 
 PACKAGE = Path(__file__).resolve().parents[1]
-SINGLE = {
-    'arbiter': 'pose_arbiter',
-    'bridge': 'motor_bridge',
-    'camera': 'camera',
-    'floor': 'floor_localizer',
+SINGLE = {'arbiter': 'pose_arbiter', 'bridge': 'motor_bridge', 'camera': 'camera', 'floor': 'floor_localizer'}
+SINGLE |= {
     'monitor': 'collision_monitor',
     'planner': 'reward_planner',
     'stereo': 'stereo_landmark',
