@@ -16,7 +16,8 @@ NEVER = -1e18
 FREE, STATIC, UNSURE, MOVING = 0, 1, 2, 3
 """Classes of a cell: no obstacle; at rest; seen too shortly to know; entered space that was seen free."""
 _WIDTH = math.tau / BINS
-_MOMENT, _SURFACE_TIME, _NOISE_REACH = 0.5, 2.0, 3  # [s], [s], [cells]
+# Noise is hit for so long at most, and no more than so many cells from a surface that is older than this [s, cells, s].
+_MOMENT, _NOISE_REACH, _SURFACE_TIME = 0.5, 3, 2.0
 _PARTS = 3  # rays across a bin: no cell within 4 m is between them
 
 

@@ -35,7 +35,9 @@ class CollisionMonitorSettings:
         0.5, 'greatest fraction of the command with points in the slow-down zone', limits=(0.05, 1.0)
     )
     obstacle_speed: float = setting(1.6, 'greatest speed of people; ISO 13855 uses 1.6', 'm/s', (0.0, 10.0))
-    yield_time: float = setting(4.0, 'the robot does not stop where people walk within this time', 's', (0.0, 10.0))
+    yield_time: float = setting(
+        4.0, 'the robot gives way to people whom its commanded drive would meet within this time', 's', (0.0, 10.0)
+    )
     memory: float = setting(600.0, 'an obstacle that left the field of view is kept for this long', 's', (0.0, 1e6))
     exclusion_zones: tuple[float, ...] = setting(
         (),
