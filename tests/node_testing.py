@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 import rclpy
+from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
@@ -111,6 +112,11 @@ class NodeUser:
         before = guard.counts[topic].received
         self.publishers[topic].publish(message)
         assert self._graph.spin_until(lambda: guard.counts[topic].received > before)
+
+
+def header(stamp: float, frame: str = '') -> Header:
+    """Return a header with a stamp [s]."""
+    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
 @contextmanager

@@ -10,17 +10,15 @@ from unittest.mock import Mock
 
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from floor_views import CAMERA, MOUNT
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from localizer_results import COVARIANCE, POSE, REASON, a_fix, no_fix
 from memory_tf import MemoryTf
 from nav_msgs.msg import Odometry
-from node_testing import IsolatedGraph, NodeUser, run_in_process
+from node_testing import IsolatedGraph, NodeUser, header, run_in_process
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
-from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -99,10 +97,6 @@ class Robot(NodeUser):
 
 def values_of(report: DiagnosticStatus) -> dict[str, str]:
     return {value.key: value.value for value in report.values}
-
-
-def header(stamp: float, frame: str) -> Header:
-    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
 def odometry(stamp: float, pose: SE2 = POSE, child_frame: str = 'base_link') -> Odometry:
@@ -224,7 +218,7 @@ def test_pictures_and_dots_are_made_for_listeners(graph):
 
 def test_each_dot_is_a_marker_as_large_whose_image_is_the_dot():
     fix = a_fix()
-    markers = dot_markers(fix, CAMERA, MOUNT, Header(frame_id='map')).markers
+    markers = dot_markers(fix, CAMERA, MOUNT, header(0.0, 'map')).markers
     assert {marker.header.frame_id for marker in markers} == {'map'}
     for marker, chosen in zip(markers, (fix.matched, ~fix.matched), strict=True):
         points_base = POSE.inverse().transform([(point.x, point.y) for point in marker.points])
@@ -232,7 +226,7 @@ def test_each_dot_is_a_marker_as_large_whose_image_is_the_dot():
         np.testing.assert_allclose(pixels, fix.dots.pixels[chosen], atol=1e-6)
         assert marker.scale.x == pytest.approx(8.0 * 0.09 / 235.0, rel=0.01)
     # Without a fix the old markers go away.
-    assert [marker.action for marker in delete_markers(Header()).markers] == [Marker.DELETEALL]
+    assert [marker.action for marker in delete_markers(header(0.0)).markers] == [Marker.DELETEALL]
 
 
 @pytest.mark.parametrize(('parameters', 'name'), [

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from test_collision_monitor import BEAMS, MAST, ORIGIN, SCAN, Drive
+from test_collision_monitor import BEAMS, HALL, MAST, ORIGIN, SCAN, Drive
 
-from reward_planner.core.safety.range_frame import RangeFrame, range_frame
+from reward_planner.core.safety.range_frame import RangeFrame
 from reward_planner.core.safety.range_memory import RangeMemory
 from scene_simulator.mission.pedestrians import Walker
-from scene_simulator.room.box_room import cast_rays
-from shirube_core.geometry import SE2, rotation_matrix
+from scene_simulator.room.box_room import BoxRoom
+from shirube_core.geometry import SE2
 
 
 @pytest.mark.parametrize('seconds', [0.1, 1.0])
@@ -23,22 +23,21 @@ def test_noise_before_a_wall_is_forgotten_and_what_hangs_there_is_kept(seconds):
     assert (memory.obstacles().xy[:, 0] < 1.45).any() == (seconds == 1.0)
 
 
+UP = np.stack([np.zeros(40), np.zeros(40), np.linspace(-0.7, 0.3, 40)], axis=1)
+
+
 class WithCamera(Drive):
     """A robot with a camera of rays up and down, at the height of a mast."""
 
+    beams, origin = (BEAMS[:, None] + UP).reshape(-1, 3), MAST
+
     def send(self, walker=None):
         self.monitor.add_odometry(self.now, self.pose)
-        up = np.linspace(-0.7, 0.3, 40)
-        beams = (BEAMS[:, None] + np.stack([0.0 * up, 0.0 * up, up], axis=1)).reshape(-1, 3)
-        turn = np.eye(3)
-        turn[:2, :2] = rotation_matrix(self.pose.yaw)
-        ends = beams * cast_rays(self.room, walker.solids_at(self.now - 100.0), MAST, beams @ turn.T)[:, None]
-        frame = range_frame(ends.astype(np.float32), np.ones(len(ends), bool), np.eye(3), MAST)
-        self.monitor.add_frame('scan', self.now, self.now, frame)
+        super().send(walker)
 
 
 def test_who_is_predicted_within_the_footprint_is_no_wrong_mount():
-    drive, walker = WithCamera(), Walker('person', SE2(2.2, 0.9, -2.9), 1.0)
+    drive, walker = WithCamera(), Walker('person', SE2(2.2, 0.95, -2.9), 1.0)
     drive.run(1.6, walker, command=(0.0, 0.0))
     reasons = [drive.run(0.1, walker, command=(0.0, 1.0)).reason for _ in range(25)]
     assert not any('within the footprint' in reason for reason in reasons)
@@ -58,3 +57,18 @@ def test_the_robot_leaves_somebody_who_stopped_beside_it_out_of_view():
     drive.run(1.0, walker, command=(0.0, -1.5))
     drive.run(1.0, walker, command=(0.3, 0.0))
     assert drive.speed > 0.2
+
+
+def test_who_came_and_stood_is_forgotten_out_of_view_and_furniture_is_not():
+    place, box = Stops('person', SE2(2.2, 0.9, -2.9), 1.0).pose_at(2.0), (0.2, -0.8, 0.0, 0.5, -0.6, 1.0)
+    drive, walker = WithCamera(BoxRoom(HALL.size, (box,))), Stops('person', SE2(2.2, 0.9, -2.9), 1.0)
+
+    def count(x, y):
+        xy = drive.monitor.sources['scan']._memory.obstacles().xy
+        return (np.hypot(*(xy - (x, y)).T) < 0.4).sum()
+
+    drive.run(5.0, walker, command=(0.0, 0.0))
+    drive.run(2.0, walker, command=(0.0, 1.5))
+    assert count(place.x, place.y) > 0
+    drive.run(10.0, walker, command=(0.0, 0.0))
+    assert count(place.x, place.y) == 0 < count(0.35, -0.7)

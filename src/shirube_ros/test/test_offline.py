@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import cv2
 import numpy as np
 import pytest
-from builtin_interfaces.msg import Time
+from node_testing import header
 from sensor_msgs.msg import CameraInfo, CompressedImage, Imu
-from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
@@ -25,10 +24,6 @@ from shirube_ros.offline.recording import (
 
 TOPICS = RecordingTopics(('/left', '/right'), ('/left/info', '/right/info'), '/odom', '/imu')
 PIXELS = np.arange(12, dtype=np.uint8).reshape(3, 4)
-
-
-def header(stamp):
-    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)))
 
 
 def info(width=4, focal_length=100.0):

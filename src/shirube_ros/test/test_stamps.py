@@ -4,14 +4,9 @@ from collections.abc import Callable, Sequence
 from itertools import permutations
 
 import pytest
-from builtin_interfaces.msg import Time
-from std_msgs.msg import Header
+from node_testing import header
 
 from shirube_ros.stamps import StampError, StampSynchronizer, StampValidator
-
-
-def header(stamp: float) -> Header:
-    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)))
 
 
 class Watched:

@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any
 from unittest.mock import Mock
 
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped
-from node_testing import IsolatedGraph, NodeUser
+from node_testing import IsolatedGraph, NodeUser, header
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from scipy.spatial.transform import Rotation
@@ -70,10 +69,6 @@ def input_publishers(node: Node) -> dict[str, Publisher]:
     kinds = {f'{side}/image_rect': Image for side in SIDES}
     kinds |= {f'{side}/camera_info': CameraInfo for side in SIDES} | {'imu': Imu}
     return {topic: node.create_publisher(kind, topic, 10) for topic, kind in kinds.items()}
-
-
-def header(stamp: float, frame: str) -> Header:
-    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
 def info(calibration: CameraCalibration, at: Header | None = None) -> CameraInfo:

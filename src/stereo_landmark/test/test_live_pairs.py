@@ -8,7 +8,8 @@ from threading import Event, Thread
 import numpy as np
 import pytest
 import rclpy
-from landmark_robot import header, imu, info, input_publishers
+from landmark_robot import imu, info, input_publishers
+from node_testing import header
 from place_scenes import MOUNT
 from rclpy.node import Node
 from taught_wall import CALIBRATIONS, HERE, RAW, RIG, SIDES, TAUGHT, raw_pair, seen

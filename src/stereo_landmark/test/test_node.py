@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
-from landmark_robot import Robot, header, imu, info
+from landmark_robot import Robot, imu, info
 from located_pairs import with_fix, without_fix
-from node_testing import run_in_process
+from node_testing import header, run_in_process
 from random_places import random_images, random_place
 from sensor_msgs.msg import CameraInfo, Image
 from std_srvs.srv import Trigger

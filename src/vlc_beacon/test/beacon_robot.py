@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Quaternion, QuaternionStamped
 from nav_msgs.msg import Odometry
-from node_testing import IsolatedGraph, NodeUser
+from node_testing import IsolatedGraph, NodeUser, header
 from rclpy.node import Node
 from receptions import POSE, with_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
-from std_msgs.msg import Header
 
 from shirube_core.geometry import SE2
 from shirube_ros.camera.image import image_from_array
@@ -89,10 +87,6 @@ class Robot(NodeUser):
 
     def wait_until(self, is_over: Callable[[], bool]) -> None:
         assert self._graph.spin_until(is_over)
-
-
-def header(stamp: float, frame: str) -> Header:
-    return Header(stamp=Time(sec=int(stamp), nanosec=round(stamp % 1.0 * 1e9)), frame_id=frame)
 
 
 def odometry(stamp: float, pose: SE2 = POSE, child_frame: str = 'base_link') -> Odometry:

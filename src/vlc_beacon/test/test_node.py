@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from beacon_robot import LEANING, NOWHERE, PIXELS, Robot, header, odometry
+from beacon_robot import LEANING, NOWHERE, PIXELS, Robot, odometry
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Quaternion, QuaternionStamped, Twist, TwistStamped
-from node_testing import IsolatedGraph, run_in_process
+from node_testing import IsolatedGraph, header, run_in_process
 from receptions import ACCEPTED, LAMPS, MOVED, POSE, REFUSED, TOO_FAR, with_fix, without_fix
 from sensor_msgs.msg import CameraInfo, Image, Imu
 from std_msgs.msg import String

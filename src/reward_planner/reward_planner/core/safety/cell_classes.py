@@ -13,6 +13,8 @@ _MOVER_MEMORY, _MOVER_REACH = 1.0, 12  # a leg at rest moves soon [s]; how near 
 _STATIC_TIME, _NEAR_MOVER_TIME = 0.4, 1.5  # time at one place until a cell is static [s]
 _CONTINUED = 6  # a new cell as near to a static one continues its surface [cells]
 _BESIDE = 2  # the same for a cell that was seen free, by rays that graze the surface [cells]
+PERSON_TIME = 10.0
+"""Who came and stands for less may go; out of view he is expected at his place for as long [s]."""
 _TOLERANCE_MAX = 4
 _SPAN = 0.02  # tolerance of the heights that were seen free: a scan has one height only [m]
 
@@ -60,6 +62,12 @@ def _settle(cells: Cells, hits: NDArray[np.int64], stamp: float) -> None:
         is_old = NEVER < cells.first[i, j] <= stamp - _STATIC_TIME
         if cells.kind[i, j] == STATIC and (is_old or cells.rested[i, j] >= stamp - _FREE_MEMORY):
             cells.rested[i, j] = stamp
+    # 4. What is first hit near somebody who moves, or beside what was, is his, until it has been there for long.
+    for i, j in hits:
+        if cells.first[i, j] == stamp:
+            cells.arrived[i, j] = _moved_since(cells, i, j, stamp - _MOVER_MEMORY) or _arrived_beside(cells, i, j)
+        elif cells.first[i, j] <= stamp - PERSON_TIME:
+            cells.arrived[i, j] = False
 
 
 @njit(cache=True)
@@ -102,6 +110,17 @@ def _moved_since(cells: Cells, i: int, j: int, stamp: float) -> bool:
     for a in range(-_MOVER_REACH, _MOVER_REACH + 1):
         for b in range(-_MOVER_REACH, _MOVER_REACH + 1):
             if cells.moved[(i + a) % side, (j + b) % side] >= stamp:
+                return True
+    return False
+
+
+@njit(cache=True)
+def _arrived_beside(cells: Cells, i: int, j: int) -> bool:
+    side = len(cells.key)
+    for a in range(-_BESIDE, _BESIDE + 1):
+        for b in range(-_BESIDE, _BESIDE + 1):
+            k, m = (i + a) % side, (j + b) % side
+            if cells.arrived[k, m] and cells.last[k, m] >= cells.first[i, j] - _MOVER_MEMORY:
                 return True
     return False
 

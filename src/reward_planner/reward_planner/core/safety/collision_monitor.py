@@ -181,7 +181,7 @@ class CollisionMonitor:
             found = source.obstacles(now, T_odom_base)
             # 6. Approach: the robot stands before a disc that holds each obstacle meets its footprint.
             best = min(best, self._approach(source.name, paths, found.all), key=_fraction)
-            # 7. Giving way: it waits for those whose way it would cross.
+            # 7. Giving way: it waits for those whose way it would cross, and is slow while that is uncertain.
             best = min(best, self._yield(source.name, motion, command, found), key=_fraction)
             # 8. Slow-down zone: along the commanded path for some time, and what may turn out to walk.
             best = min(best, self._slow_down(source.name, command, found.all), key=_fraction)
@@ -227,16 +227,24 @@ class CollisionMonitor:
         return 0.0, Action.STOP, name
 
     def _yield(self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles) -> _Limit:
-        """Stop for people whom the commanded drive would meet: the earlier it stops, the less it is in their way."""
-        speed = np.hypot(*found.all.velocity.T)
-        walking = found.walks & (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
-        if not walking.any():
+        """Stop for people whom the commanded drive would meet: the earlier it stops, the less it is in their way.
+
+        As long as it is not certain where somebody walks, the robot drives slowly if the drive may meet him.
+        """
+        settings, speed = self._settings, np.hypot(*found.all.velocity.T)
+        certain = found.walks & (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
+        may_walk = found.in_view & (found.all.growth > 0.0) & ~certain
+        if not (certain | may_walk).any():
             return 1.0, Action.YIELD, name
-        people, time = chosen(found.all, walking), self._settings.yield_time
-        people = people._replace(growth=0.0 * people.growth, radius=np.full(len(people.xy), _YIELD_MARGIN))
-        drive = stopping_paths(motion, command, FRACTIONS[:1], time, self._base)[0][: int(time / STEP)]
-        is_met = has_contact(drive, self.footprint.corners, self.footprint.radius, people)
-        return (0.0 if is_met else 1.0), Action.YIELD, name
+        drive = stopping_paths(motion, command, FRACTIONS[:1], settings.yield_time, self._base)[0]
+        drive = drive[: int(settings.yield_time / STEP)]
+        people = found.all._replace(growth=0.0 * speed, radius=np.full(len(speed), _YIELD_MARGIN))
+        if has_contact(drive, self.footprint.corners, self.footprint.radius, chosen(people, certain)):
+            return 0.0, Action.YIELD, name
+        spread = np.minimum(np.nan_to_num(found.sigma, nan=np.inf), settings.obstacle_speed)
+        people = people._replace(growth=spread)
+        is_met = has_contact(drive, self.footprint.corners, self.footprint.radius, chosen(people, may_walk))
+        return (settings.slow_fraction if is_met else 1.0), Action.SLOW_DOWN, name
 
     def _slow_down(self, name: str, command: tuple[float, float], obstacles: Obstacles) -> _Limit:
         settings = self._settings

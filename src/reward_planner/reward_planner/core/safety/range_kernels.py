@@ -25,7 +25,8 @@ class Cells(NamedTuple):
     """A square of cells that wraps around, arrays of shape (side, side); a key names the cell that an entry is of.
 
     Attributes: key; stamps [s] of the first and last hit, of the last ray through the column, of the last motion and of
-    the last time at rest; x, y, z of the last hits and the heights that rays saw free [m]; class.
+    the last time at rest; x, y, z of the last hits and the heights that rays saw free [m]; class; whether it was first
+    hit where somebody moved.
     """
 
     key: NDArray[np.int64]
@@ -37,6 +38,7 @@ class Cells(NamedTuple):
     xyz: NDArray[np.float64]
     span: NDArray[np.float64]
     kind: NDArray[np.int8]
+    arrived: NDArray[np.bool_]
 
 
 class RayBins(NamedTuple):
@@ -96,7 +98,7 @@ def _entry(cells: Cells, ix: int, iy: int) -> tuple[int, int]:
         cells.key[i, j] = key
         cells.first[i, j] = cells.last[i, j] = cells.free[i, j] = cells.moved[i, j] = NEVER
         cells.rested[i, j] = NEVER
-        cells.kind[i, j] = FREE
+        cells.kind[i, j], cells.arrived[i, j] = FREE, False
     return i, j
 
 

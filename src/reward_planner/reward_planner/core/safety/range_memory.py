@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from reward_planner.core.safety.cell_classes import classify
+from reward_planner.core.safety.cell_classes import PERSON_TIME, classify
 from reward_planner.core.safety.range_frame import RangeFrame
 from reward_planner.core.safety.range_kernels import (
     CELL,
@@ -58,6 +58,7 @@ class RangeMemory:
             np.zeros((side, side, 3)),
             np.zeros((side, side, 2)),
             np.zeros((side, side), dtype=np.int8),
+            np.zeros((side, side), dtype=np.bool_),
         )
 
     def update(self, stamp: float, frame: RangeFrame, T_odom_base: SE2, used: NDArray[np.bool_]) -> None:
@@ -83,7 +84,8 @@ class RangeMemory:
         clear(cells, bins, origin, stamp, noise)
         classify(cells, origin, stamp, noise)
         cells.kind[(cells.kind == UNSURE) & (cells.last < stamp)] = STATIC  # it left the view without having moved
-        kept = np.where(cells.kind == STATIC, self._memory, _MOVER_KEPT)
+        at_rest = np.where(cells.arrived, min(self._memory, PERSON_TIME), self._memory)
+        kept = np.where(cells.kind == STATIC, at_rest, _MOVER_KEPT)
         cells.kind[cells.last < stamp - kept] = FREE
         cells.first[cells.kind == FREE] = cells.last[cells.kind == FREE] = NEVER
 

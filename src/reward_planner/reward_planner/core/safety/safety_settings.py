@@ -38,7 +38,12 @@ class CollisionMonitorSettings:
     yield_time: float = setting(
         4.0, 'the robot gives way to people whom its commanded drive would meet within this time', 's', (0.0, 10.0)
     )
-    memory: float = setting(600.0, 'an obstacle that left the field of view is kept for this long', 's', (0.0, 1e6))
+    memory: float = setting(
+        600.0,
+        'an obstacle that left the field of view is kept for this long; people who came and stood, 10 s at most',
+        's',
+        (0.0, 1e6),
+    )
     exclusion_zones: tuple[float, ...] = setting(
         (),
         'boxes in base_frame whose points are ignored (parts of the robot): lowest x, y, z, greatest x, y, z of each',

@@ -25,13 +25,14 @@ _WALK_CHANGE = 0.3  # by how much somebody changes his velocity at once [m/s]
 class PredictedObstacles(NamedTuple):
     """All obstacles; those that may turn out to walk, as if they did; the sigma of all speeds, NaN if unknown [m/s].
 
-    ``walks`` are those of clusters in view that moved as a whole, shape (n,).
+    ``walks`` are those of clusters in view that moved as a whole, ``in_view`` those hit now, both of shape (n,).
     """
 
     all: Obstacles
     unsure: Obstacles
     sigma: NDArray[np.float64]
     walks: NDArray[np.bool_]
+    in_view: NDArray[np.bool_]
 
 
 def chosen(obstacles: Obstacles, mask: NDArray[np.bool_]) -> Obstacles:
@@ -198,4 +199,5 @@ class WatchedSource:
         speed = np.full(len(xy), settings.obstacle_speed)
         walking = Obstacles(xy, velocity, margin + speed * age, speed, np.zeros(len(xy), dtype=np.bool_))
         walks = np.concatenate([self._walks, np.zeros(len(xy) - self._mapped_count, dtype=np.bool_)])
-        return PredictedObstacles(known, chosen(walking, cells.kind == UNSURE), sigma, walks)
+        in_view = cells.stamp == self._stamp
+        return PredictedObstacles(known, chosen(walking, cells.kind == UNSURE), sigma, walks, in_view)
