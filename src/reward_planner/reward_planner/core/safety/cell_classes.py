@@ -65,7 +65,7 @@ def _settle(cells: Cells, hits: NDArray[np.int64], stamp: float) -> None:
     # 4. What is first hit near somebody who moves, or beside what was, is his, until it has been there for long.
     for i, j in hits:
         if cells.first[i, j] == stamp:
-            cells.arrived[i, j] = _moved_since(cells, i, j, stamp - _MOVER_MEMORY) or _arrived_beside(cells, i, j)
+            cells.arrived[i, j] = _moved_since(cells, i, j, stamp - _MOVER_MEMORY) or _touches_arrived(cells, i, j)
         elif cells.first[i, j] <= stamp - PERSON_TIME:
             cells.arrived[i, j] = False
 
@@ -115,7 +115,7 @@ def _moved_since(cells: Cells, i: int, j: int, stamp: float) -> bool:
 
 
 @njit(cache=True)
-def _arrived_beside(cells: Cells, i: int, j: int) -> bool:
+def _touches_arrived(cells: Cells, i: int, j: int) -> bool:
     side = len(cells.key)
     for a in range(-_BESIDE, _BESIDE + 1):
         for b in range(-_BESIDE, _BESIDE + 1):
