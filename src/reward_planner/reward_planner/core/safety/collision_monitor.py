@@ -244,7 +244,7 @@ class CollisionMonitor:
         spread = np.minimum(np.nan_to_num(found.sigma, nan=np.inf), settings.obstacle_speed)
         people = people._replace(growth=spread)
         is_met = has_contact(drive, self.footprint.corners, self.footprint.radius, chosen(people, may_walk))
-        return (settings.slow_fraction if is_met else 1.0), Action.SLOW_DOWN, name
+        return (settings.slow_fraction if is_met else 1.0), Action.YIELD, name
 
     def _slow_down(self, name: str, command: tuple[float, float], obstacles: Obstacles) -> _Limit:
         settings = self._settings
