@@ -139,9 +139,6 @@ def short(package: str, name: str) -> str:
     return f'~/{name.removeprefix(private)}' if name.startswith(private) else name.removeprefix('/')
 
 
-ATTEMPTS = 7
-
-
 @pytest.fixture(scope='module')
 def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     places = tmp_path_factory.mktemp('places')
@@ -150,8 +147,8 @@ def interface(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     found = {}
     for package, (create, parameters) in NODES.items():
         more = {'places_dir': str(places)} if package == 'stereo_landmark' else {}
-        # The graph of a domain may lack a node for good if others start just then: names are read again in another.
-        for _ in range(ATTEMPTS):
+        # A node of a former test, of the same name, may still be seen in this domain: the next attempt draws another.
+        for _ in range(7):
             with isolated_graph() as graph:
                 node = graph.add(create, **parameters, **more)
                 if graph.spin_until(lambda node=node: is_discovered(node), timeout=10.0):  # type: ignore[misc]

@@ -5,9 +5,13 @@ import pytest
 from shirube_bringup.free_domain import free_domain
 
 
-def test_two_at_once_are_different():
-    with free_domain() as one, free_domain() as other:
-        assert one != other
+def test_two_at_once_are_different_and_one_that_was_left_is_not_taken_next():
+    drawn = set()
+    for _ in range(4):
+        with free_domain() as one, free_domain() as other:
+            assert one != other
+        drawn.add(one)
+    assert len(drawn) > 1
 
 
 @pytest.mark.parametrize('error', [TimeoutError('nobody answers'), FileNotFoundError(2, 'no', 'a'), KeyError(1)])
