@@ -29,7 +29,9 @@ from scene_simulator.room.box_room import disc_clearance
 STEP, CONTROL_PERIOD, FRAME_PERIOD, FRAME_LATENCY = 0.01, 0.05, 0.2, 0.08
 DEPTH_RANGE, CRUISE_SPEED, GOAL_TIME = 3.5, 0.4, 180.0
 """Range of the depth camera [m], speed limit [m/s], time for each goal [s]."""
-DRIVING = DrivingSettings(CRUISE_SPEED, 1.0, max_angular_acceleration=2.0, goal_tolerance=0.01, goal_yaw_tolerance=0.04)
+DRIVING = DrivingSettings(
+    CRUISE_SPEED, 1.0, max_angular_acceleration=2.0, slow_distance=0.12, goal_tolerance=0.01, goal_yaw_tolerance=0.04
+)
 
 
 @dataclass

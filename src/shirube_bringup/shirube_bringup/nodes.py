@@ -150,6 +150,7 @@ def _planner(method: Mapping[str, Value]) -> NodeSetup:
         'max_linear_velocity': CRUISE_SPEED,
         'max_angular_velocity': 1.0,
         'max_angular_acceleration': 2.0,
+        'slow_distance': 0.12,  # the collision monitor stops it before any contact
         'goal_tolerance': GOAL_TOLERANCE,
         'goal_yaw_tolerance': 0.04,
         'planning_thread': False,
