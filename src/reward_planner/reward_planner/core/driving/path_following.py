@@ -1,6 +1,7 @@
 """Path following: the lookahead point on the route, the free distance ahead, steering and speed limits."""
 
 import math
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,8 +33,9 @@ def lookahead_point(
     """Return the farthest point of the route within the lookahead distance in line of sight, shape (2,) [m].
 
     This cuts the corners of a grid route where there is room. The line of sight keeps the costmap's inscribed radius
-    and half of what the route keeps above it, also from unknown cells behind obstacles; from a robot with less it must
-    gain clearance. If no point is in line of sight, it is the route's next point.
+    and half of what the route keeps above it, from obstacles and, for itself, from these and unknown cells behind them:
+    a route near what is only unknown must not lead past an obstacle as near. From a robot with less it must gain
+    clearance. If no point is in line of sight, it is the route's next point.
     The route begins near the robot [m], shape (n, 2), n at least 1.
     """
     along = np.cumsum(np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T))
@@ -41,13 +43,14 @@ def lookahead_point(
     start = np.array([robot.x, robot.y])
     fractions = np.linspace(0.0, 1.0, _sample_count(costmap, lookahead + float(np.hypot(*(candidates[0] - start)))))
     lines = start + fractions[:, None] * (candidates - start)[:, None]
-    kept = np.minimum.accumulate(costmap.clearance_at(candidates, is_cautious=True)) - costmap.inscribed_radius
-    clearance_min = costmap.inscribed_radius + np.where(kept > 0.0, _KEPT_FRACTION * kept, kept)
-    gained = costmap.clearance_at(start, is_cautious=True) + _GAIN * np.hypot(*np.moveaxis(lines - start, 2, 0))
-    clearance_min = np.minimum(clearance_min[:, None], gained)
     # A point at the robot gives no direction: on a route that returns there the robot would spin.
-    is_distinct = np.hypot(*(candidates - start).T) >= costmap.frame.resolution
-    is_visible = is_distinct & (costmap.clearance_at(lines, is_cautious=True) >= clearance_min).all(axis=1)
+    is_visible = np.hypot(*(candidates - start).T) >= costmap.frame.resolution
+    for is_cautious in (False, True):
+        clearance = partial(costmap.clearance_at, is_cautious=is_cautious)
+        kept = np.minimum.accumulate(clearance(candidates)) - costmap.inscribed_radius
+        clearance_min = costmap.inscribed_radius + np.where(kept > 0.0, _KEPT_FRACTION * kept, kept)
+        gained = clearance(start) + _GAIN * np.hypot(*np.moveaxis(lines - start, 2, 0))
+        is_visible &= (clearance(lines) >= np.minimum(clearance_min[:, None], gained)).all(axis=1)
     nearest = min(1, len(candidates) - 1)
     return np.asarray(candidates[int(np.flatnonzero(is_visible)[-1]) if is_visible[nearest:].any() else nearest])
 
