@@ -8,8 +8,7 @@ import pytest
 from floor_localizer.core.errors import FloorLocalizerError
 from floor_localizer.files.array_file import DISK_FULL_ERRORS, DiskArrayStore, write_array
 
-# A limit on the size of files stands in for a full disk: writing fails in the same way. Only a child process may have
-# it: in pytest's own process it would also hold for pytest's log.
+# A limit on the size of files stands in for a full disk; in pytest's own process it would hold for pytest's log, too.
 FULL_DISK = """
 import json, resource, sys
 from pathlib import Path

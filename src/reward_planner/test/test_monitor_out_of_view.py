@@ -14,13 +14,16 @@ from shirube_core.geometry import SE2
 @pytest.mark.parametrize('seconds', [0.1, 1.0])
 def test_noise_before_a_wall_is_forgotten_and_what_hangs_there_is_kept(seconds):
     """A near camera sees the wall again, but only lower than what it saw from afar."""
-    memory, where = RangeMemory(SCAN, 600.0), SE2(0.0, 0.0, 0.0)
+    memory, where, none = RangeMemory(SCAN, 600.0), SE2(0.0, 0.0, 0.0), np.zeros(1, bool)
     wall = np.stack(np.meshgrid(1.5, np.linspace(-0.3, 0.3, 61), np.linspace(0.1, 0.5, 21)), axis=-1).reshape(-1, 3)
     high = np.stack(np.meshgrid(1.38, np.linspace(-0.05, 0.05, 5), [1.0, 1.1]), axis=-1).reshape(-1, 3)
     for k in range(40):
         ends = np.concatenate([wall, high]) if 0.1 * k < seconds else wall
         memory.update(0.1 * k, RangeFrame(ORIGIN, ends, np.ones(len(ends), bool)), where, np.ones(len(ends), bool))
     assert (memory.obstacles().xy[:, 0] < 1.45).any() == (seconds == 1.0)
+    for k in range(60):  # it drives on and looks elsewhere, and odometry drifts
+        memory.update(4.0 + 0.1 * k, RangeFrame(ORIGIN, -wall[:1], none), SE2(0.05 * k, 0.0, 0.0), none)
+        assert (memory.obstacles().xy[:, 0] < 1.45).any() == (seconds == 1.0 and k <= 41) or 38 < k < 44
 
 
 UP = np.stack([np.zeros(40), np.zeros(40), np.linspace(-0.7, 0.3, 40)], axis=1)

@@ -55,8 +55,7 @@ def poses(pose: SE2, odometry: SE2 | None, *stamps: float) -> list[tuple[float, 
         ([*poses(HERE, STOOD, 0.0), *poses(MOVED, STOOD, 0.1, 1.0, END - 1.0, END + 0.2, END + 0.3)], '+---++'),
         # The old pose is accepted at once and restarts the waiting time.
         ([(0.0, HERE, STOOD), (1.0, MOVED, STOOD), (2.0, HERE, STOOD), (END + 1.5, MOVED, STOOD)], '+-+-'),
-        # Without odometry a robot may drive but not jump. However long copied lamps shine, the way that it could
-        # have driven meanwhile does not grow.
+        # Without odometry a robot may drive but not jump, however long copied lamps shine.
         ([*ON_THE_WAY, *poses(AHEAD, None, 2.0, 5.0, END), (END + 1.0, DROVE, None), *LATER], '+' * 20 + '---+-+'),
         # After a gap in view it may be elsewhere.
         ([(0.0, HERE, None), (3.0, HERE @ FAST, None), (4.0, HERE @ SE2(20.0, 0.0, 2.0), None)], '++-'),

@@ -83,8 +83,7 @@ def test_disjoint_intervals_and_no_lamps_are_no_fix():
 
 
 def test_the_printed_equations_are_far_off():
-    # The plus of eq. (5) puts the camera over the ceiling; with the focal length of eq. (2) a lamp that is u aside
-    # moves the camera by half the way, to the wrong side.
+    # The plus of eq. (5) puts the camera over the ceiling; the focal length of eq. (2) moves it to the wrong side.
     pose = SE2(0.9, 0.9, 0.0)
     fix = radius_interval_printed(discs(pose), CAMERA, LEVEL, 0.0)
     assert fix.height == pytest.approx(2.0 * DEPTH)

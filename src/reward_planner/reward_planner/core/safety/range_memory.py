@@ -1,6 +1,7 @@
 """Obstacles that one range sensor saw, in the frame of the odometry, and whether they move."""
 
 import math
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +26,8 @@ from reward_planner.core.safety.safety_settings import SourceSettings
 from shirube_core.geometry import SE2, rotation_matrix
 
 _MOVER_KEPT = 0.5  # a moving obstacle that left the field of view is kept for this long [s]
+# The way after which odometry has drifted by as much as the robot keeps clear, and steps in which it is measured [m].
+_DRIFTED, _TRAIL_STEP = 2.0, 0.05
 
 
 class ObstacleCells(NamedTuple):
@@ -47,6 +50,7 @@ class RangeMemory:
     def __init__(self, settings: SourceSettings, memory: float) -> None:
         """Start empty; obstacles out of view are kept for ``memory`` [s]."""
         self._settings, self._memory = settings, memory
+        self._trail: deque[tuple[float, float, SE2]] = deque()  # stamp [s], way until then [m], pose
         side = 2 * math.ceil(settings.range_max / CELL) + 3
         self._cells = Cells(
             np.full((side, side), np.iinfo(np.int64).min),
@@ -86,8 +90,18 @@ class RangeMemory:
         cells.kind[(cells.kind == UNSURE) & (cells.last < stamp)] = STATIC  # it left the view without having moved
         at_rest = np.where(cells.arrived, min(self._memory, PERSON_TIME), self._memory)
         kept = np.where(cells.kind == STATIC, at_rest, _MOVER_KEPT)
-        cells.kind[cells.last < stamp - kept] = FREE
+        cells.kind[cells.last < np.maximum(stamp - kept, self._placed_since(stamp, T_odom_base))] = FREE
         cells.first[cells.kind == FREE] = cells.last[cells.kind == FREE] = NEVER
+
+    def _placed_since(self, stamp: float, T_odom_base: SE2) -> float:
+        """Return since when hits are where odometry has them: the robot has not driven far since then [s]."""
+        trail = self._trail
+        way = trail[-1][1] + trail[-1][2].distance_to(T_odom_base) if trail else 0.0
+        if not trail or way > trail[-1][1] + _TRAIL_STEP:
+            trail.append((stamp, way, T_odom_base))
+        while len(trail) > 1 and way - trail[1][1] > _DRIFTED:
+            trail.popleft()
+        return trail[0][0] if way - trail[0][1] > _DRIFTED else NEVER
 
     def obstacles(self) -> ObstacleCells:
         """Return all obstacle cells."""

@@ -40,7 +40,8 @@ class CollisionMonitorSettings:
     )
     memory: float = setting(
         600.0,
-        'an obstacle that left the field of view is kept for this long; people who came and stood, 10 s at most',
+        'an obstacle that left the field of view is kept for this long, but not once the robot has driven 2 m since; '
+        'people who came and stood, 10 s at most',
         's',
         (0.0, 1e6),
     )
