@@ -27,7 +27,7 @@ from shirube_core.geometry import SE2, rotation_matrix
 
 _MOVER_KEPT = 0.5  # a moving obstacle that left the field of view is kept for this long [s]
 # The way after which odometry has drifted by as much as the robot keeps clear, and steps in which it is measured [m].
-_DRIFTED, _TRAIL_STEP = 2.0, 0.05
+_DRIVEN_MAX, _TRAIL_STEP = 2.0, 0.05
 
 
 class ObstacleCells(NamedTuple):
@@ -99,9 +99,9 @@ class RangeMemory:
         way = trail[-1][1] + trail[-1][2].distance_to(T_odom_base) if trail else 0.0
         if not trail or way > trail[-1][1] + _TRAIL_STEP:
             trail.append((stamp, way, T_odom_base))
-        while len(trail) > 1 and way - trail[1][1] > _DRIFTED:
+        while len(trail) > 1 and way - trail[1][1] > _DRIVEN_MAX:
             trail.popleft()
-        return trail[0][0] if way - trail[0][1] > _DRIFTED else NEVER
+        return trail[0][0] if way - trail[0][1] > _DRIVEN_MAX else NEVER
 
     def obstacles(self) -> ObstacleCells:
         """Return all obstacle cells."""
