@@ -237,8 +237,7 @@ def test_a_slow_person_who_first_stands_still_meets_a_standing_robot(seconds):
 
 
 def test_somebody_beside_the_robot_who_left_the_view_is_waited_for():
-    walker = Walker('person', SE2(3.0, 0.75, -2.95), 1.0)
-    drive = Drive()
+    walker, drive = Walker('person', SE2(3.0, 0.75, -2.95), 1.0), Drive()
     drive.run(8.0, walker, until=lambda: drive.now > 102.6)
     assert drive.speed == 0.0
     drive.run(0.4, walker)
@@ -247,19 +246,20 @@ def test_somebody_beside_the_robot_who_left_the_view_is_waited_for():
 
 def test_it_waits_for_somebody_whose_way_it_would_cross():
     """It stops while there is still room for both, rather than at the edge of the other's way."""
-    walker = Walker('person', SE2(1.9, -2.6, 0.5 * math.pi), 0.9)
-    drive, gaps = Drive(), []
-    for _ in range(100):
-        drive.run(0.1, walker)
-        gaps.append(drive.gap(walker))
+    walker, drive, gaps = Walker('person', SE2(1.9, -2.6, 0.5 * math.pi), 0.9), Drive(), list[float]()
+    drive.run(10.0, walker, until=lambda: gaps.append(drive.gap(walker)))
     assert min(gaps) > 0.15
     assert drive.pose.x > 2.0
 
 
-def test_it_drives_slowly_while_it_is_not_certain_where_somebody_walks():
+def test_it_drives_slowly_and_does_not_start_while_it_is_not_certain_where_somebody_walks():
     """Legs do not move as a whole."""
     walker, drive = Walker('legs', SE2(6.0, 0.05, math.pi), 1.0), Drive()
     assert drive.run(8.0, walker, until=lambda: drive.gap(walker) < 2.3).fraction == 0.5
+    walker, drive = Walker('legs', SE2(3.2, 0.05, math.pi), 1.2), Drive()
+    drive.run(0.8, walker, command=(0.0, 0.0))
+    assert drive.run(0.6, walker).action is Action.YIELD
+    assert drive.pose.x == 0.0
 
 
 def test_it_stands_long_before_somebody_who_comes_at_it():

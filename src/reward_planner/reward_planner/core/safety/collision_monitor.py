@@ -31,6 +31,7 @@ FRACTIONS = np.linspace(1.0, 0.0, 11)
 """Parts of the command that are tried, the greatest first."""
 # A robot that stopped for an obstacle drives on when the way has been free for this time [s]; slower, it has stopped.
 _RESUME_TIME, _STOPPED_SPEED = 0.3, 0.02
+_START_TIME = 2.0  # for this time a robot that stands does not start while somebody may walk into its drive [s]
 _CLOCK_BACK = 0.1  # a clock that goes back by more has jumped [s]
 _YIELD_MARGIN = 0.12  # clearance to the predicted way of people [m]
 _SIGNIFICANT = 2.0  # a velocity counts if it exceeds its standard deviation as many times
@@ -102,6 +103,7 @@ class CollisionMonitor:
         self._command: tuple[float, float, float] | None = None
         self._command_fault = 'no cmd_vel_in yet'
         self._stopped = -math.inf, Action.STOP, ''
+        self._idle = -math.inf  # when the robot last moved, or was not to drive [s]
         self.path = self.slow_path = np.zeros((1, 3))
 
     def add_command(self, now: float, forward: float, turn_rate: float) -> None:
@@ -112,6 +114,8 @@ class CollisionMonitor:
         """
         if not math.isfinite(forward) or not math.isfinite(turn_rate):
             self.refuse_command('cmd_vel_in is not finite; check its publisher')
+        if self._command is None:
+            self._idle = now
         self._command = (now, forward, turn_rate)
 
     def refuse_command(self, reason: str) -> NoReturn:
@@ -171,9 +175,13 @@ class CollisionMonitor:
         # 5. The way to a stop of each part of the command: latency, one period, then braking.
         paths = stopping_paths(motion, command, FRACTIONS, 1.0 / self._settings.rate, self._base)
         self.path = paths[0]
+        moves = max(abs(motion.forward), abs(motion.given_forward)) > _STOPPED_SPEED
+        starts = not moves and command[0] != 0.0
+        if not starts:
+            self._idle = now
+        caution = 0.0 if starts and now - self._idle < _START_TIME else self._settings.slow_fraction
         # A round robot that turns in place sweeps nothing: whoever is near, it may turn away.
-        forward = abs(command[0]), abs(motion.forward), abs(motion.given_forward)
-        if not self._settings.footprint and max(forward) < _STOPPED_SPEED:
+        if not (moves or self._settings.footprint or abs(command[0]) >= _STOPPED_SPEED):
             return Decision(0.0, command[1], Action.DRIVE, _REASONS[Action.DRIVE], fraction=1.0)
         best = (1.0, Action.DRIVE, '')
         for source in self.sources.values():
@@ -182,11 +190,11 @@ class CollisionMonitor:
             # 6. Approach: the robot stands before a disc that holds each obstacle meets its footprint.
             best = min(best, self._approach(source.name, paths, found.all), key=_fraction)
             # 7. Giving way: it waits for those whose way it would cross, and is slow while that is uncertain.
-            best = min(best, self._yield(source.name, motion, command, found), key=_fraction)
+            best = min(best, self._yield(source.name, motion, command, found, caution), key=_fraction)
             # 8. Slow-down zone: along the commanded path for some time, and what may turn out to walk.
             best = min(best, self._slow_down(source.name, command, found.all), key=_fraction)
-            caution = max(self._approach(source.name, paths, found.unsure)[0], self._settings.slow_fraction)
-            best = min(best, (caution, Action.SLOW_DOWN, source.name), key=_fraction)
+            limit = max(self._approach(source.name, paths, found.unsure)[0], self._settings.slow_fraction)
+            best = min(best, (limit, Action.SLOW_DOWN, source.name), key=_fraction)
         # 9. The most restrictive wins.
         fraction, action, source_name = best
         if fraction == 0.0 and any(command):
@@ -226,10 +234,13 @@ class CollisionMonitor:
                 return fraction, Action.APPROACH, name
         return 0.0, Action.STOP, name
 
-    def _yield(self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles) -> _Limit:
+    def _yield(
+        self, name: str, motion: BaseMotion, command: tuple[float, float], found: PredictedObstacles, caution: float
+    ) -> _Limit:
         """Stop for people whom the commanded drive would meet: the earlier it stops, the less it is in their way.
 
-        As long as it is not certain where somebody walks, the robot drives slowly if the drive may meet him.
+        As long as it is not certain where somebody walks, ``caution`` is the part of the command if the drive may meet
+        him.
         """
         settings, speed = self._settings, np.hypot(*found.all.velocity.T)
         certain = found.walks & (speed > _WALKING) & (speed > _SIGNIFICANT * np.nan_to_num(found.sigma, nan=np.inf))
@@ -244,7 +255,7 @@ class CollisionMonitor:
         spread = np.minimum(np.nan_to_num(found.sigma, nan=np.inf), settings.obstacle_speed)
         people = people._replace(growth=spread)
         is_met = has_contact(drive, self.footprint.corners, self.footprint.radius, chosen(people, may_walk))
-        return (settings.slow_fraction if is_met else 1.0), Action.YIELD, name
+        return (caution if is_met else 1.0), Action.YIELD, name
 
     def _slow_down(self, name: str, command: tuple[float, float], obstacles: Obstacles) -> _Limit:
         settings = self._settings
