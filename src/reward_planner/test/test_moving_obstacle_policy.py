@@ -13,17 +13,20 @@ BODY = 0.25  # radius of a person [m]
 
 
 class Encounter(GridDrive):
-    """A drive with a person whose track is exact, at 10 Hz."""
+    """A drive with a person whose track is exact, at 10 Hz; at its end he stands for some time and is mapped."""
 
-    def __init__(self, walls, position, velocity, ends=math.inf):
+    def __init__(self, walls, position, velocity, ends=math.inf, stands=0.0):
         super().__init__(walls, SE2(1.0, 3.0, 0.0))
         self.person = MovingObstacle(0.0, position, velocity, BODY)
-        self.ends, self.is_touched = ends, False
+        self.ends, self.stands, self.is_touched = ends, stands, False
         self.contact_speeds, self.states = [], set()
 
     def tick(self):
         now = self.robot.time
         is_there = now < self.ends
+        if self.stands and not is_there:
+            row, column = self.frame.cell_of(self.person.position_at(self.ends))
+            self.walls[row - 2 : row + 3, column - 2 : column + 3] = now < self.ends + self.stands
         if len(self.drives) % 2 == 0:
             place = self.person.position_at(now)
             track = MovingObstacle(now, place, self.person.velocity, BODY)
@@ -79,12 +82,12 @@ def test_a_person_who_blocks_a_corridor_is_waited_for_and_the_goal_is_reached_wh
     assert drive.contact_speeds == []
 
 
-def test_where_the_way_around_is_long_the_robot_waits_and_goes_on_as_soon_as_it_is_free():
+@pytest.mark.parametrize(('speed', 'stands'), [(0.3, 0.0), (0.1, 8.0)])
+def test_where_the_way_around_is_long_the_robot_waits_and_goes_on_as_soon_as_it_is_free(speed, stands):
     walls = hall()
-    walls[:24, 30:60] = walls[36:52, 30:60] = walls[:24, 70:] = (
-        True  # a corridor of 1.2 m; the way around is in the north
-    )
-    drive = Encounter(walls, (4.5, 3.0), (-0.3, 0.0), ends=9.0)
+    # A corridor of 1.2 m; the way around is in the north.
+    walls[:24, 30:60] = walls[36:52, 30:60] = walls[:24, 70:] = True
+    drive = Encounter(walls, (4.5, 3.0), (-speed, 0.0), ends=9.0, stands=stands)
     drive.controller.set_goal(goal_at(6.5, 3.0))
     drive.run(60.0, until=(DriveState.WAITING,))
     waited = len(drive.drives)
