@@ -95,7 +95,7 @@ def test_a_turn_that_nobody_could_make_is_not_made_later():
 
 def test_a_robot_that_cannot_go_on_says_so(monkeypatch):
     drive = hall_drive(8.0, 2.0)
-    monkeypatch.setattr('reward_planner.core.driving.drive_controller.allowed_speed', lambda *_: 0.0)
+    monkeypatch.setattr(drive.controller, '_allowed_speed', lambda *_: 0.0)
     assert drive.run(4.0).state is DriveState.DRIVING
     assert drive.run(4.0, until=(DriveState.STUCK,)).state is DriveState.STUCK
     # Each recovery behavior is tried, with the route in between; then the robot stays stuck.

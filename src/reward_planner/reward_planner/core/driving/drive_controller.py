@@ -16,7 +16,7 @@ from reward_planner.core.driving.drive_state import (
     stop_command,
 )
 from reward_planner.core.driving.fixed_route import FixedRoute
-from reward_planner.core.driving.kept_route import KeptRoute
+from reward_planner.core.driving.inflated_costmap import InflatedCostmap
 from reward_planner.core.driving.light_command import LightCommand, LightCommandState
 from reward_planner.core.driving.moving_obstacle_policy import (
     AROUND_TIME,
@@ -28,10 +28,10 @@ from reward_planner.core.driving.moving_obstacle_policy import (
 )
 from reward_planner.core.driving.path_following import (
     GoalArrival,
-    allowed_speed,
     braking_speed_limit,
-    free_length,
     lookahead_point,
+    mask_speed_limit,
+    route_speed_limit,
     velocity_towards,
 )
 from reward_planner.core.driving.recovery import STUCK_DETAIL, LookAround, Recovery, RecoveryBehavior, StuckCheck
@@ -83,7 +83,7 @@ class DriveController:
         self._planner, self._reward = planner, reward
         self._smoother = VelocitySmoother(driving)
         self._look_around = LookAround(global_map) if driving.look_around else None
-        self._policy, self._kept, self._inputs = MovingObstaclePolicy(), KeptRoute(), DriveInputs()
+        self._policy, self._inputs = MovingObstaclePolicy(), DriveInputs()
         self._path: NDArray[np.float64] | None = None
         self._arrival, self._is_goal_reached = GoalArrival(), False
 
@@ -114,12 +114,12 @@ class DriveController:
         if not all(math.isfinite(number) for number in (T_map_goal.x, T_map_goal.y, T_map_goal.yaw)):
             raise DrivingError('the goal is not finite; give x, y and yaw')
         self.goal, self._arrival, self._is_goal_reached = T_map_goal, GoalArrival(), False
-        self._path, self.goal_count = path_map, self.goal_count + 1
+        self.goal_count += 1
         self._stuck.reset()
         self.command_state.cancel_turn()  # it belonged to the previous goal
+        self._path = path_map
         self.recovery.reset()
         self._policy.reset()
-        self._kept.reset()
         self.replanner = self._plan_to(T_map_goal)
 
     def _plan_to(self, goal: SE2, previous: RoutePlanning | None = None) -> RoutePlanning:
@@ -232,23 +232,16 @@ class DriveController:
     def _follow_route(self, now: float, robot: SE2, planning: RoutePlanning) -> DriveCommand:
         """Follow the route (6.) towards the lookahead point, or act as long as there is none."""
         obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
-        was_around = self._policy.is_around
-        known = with_obstacles(self._global_map, obstacles, now)
-        braking = 2.0 * self._smoother.braking_distance()
-        costmap = planning.costmap_around(known, robot, settings.lookahead + braking + _REACH_MARGIN)
-        # Who stands in the way is mapped: a long way around him is taken only if he stays.
-        is_kept = self._kept.is_better(planning.points_map, costmap, now, settings) and not was_around
-        points = self._kept.route_map if is_kept else planning.points_map
         # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
-        motion = robot, self._smoother.velocity.forward, planning.robot_radius + settings.clearance_margin
-        free = self._policy.react(points, motion, obstacles, now, settings)
-        is_waiting = is_kept or self._policy.is_detour_long or was_around > self._policy.is_around
-        self._kept.update(None if is_waiting else points, robot, now, [each.position for each in obstacles])
+        clearance = planning.robot_radius + settings.clearance_margin
+        motion = robot, self._smoother.velocity.forward, clearance
+        free = self._policy.react(planning.points_map, motion, obstacles, now, settings)
         avoided = obstacles if self._policy.is_around else ()
         planning.set_obstacles(obstacle_cells(avoided, now, AROUND_TIME, self._global_map.resolution))
         if self._policy.is_detour_long:
             return stop_command(DriveState.WAITING, f'{DriveState.WAITING.value}: the way around it is long')
-        if len(points) == 0 or self.recovery.must_finish:
+        known = with_obstacles(self._global_map, obstacles, now)
+        if len(planning.points_map) == 0 or self.recovery.must_finish:
             return self._act_without_route(now, robot, planning, known)
         if self._stuck.is_stuck:
             if command := self._recover(now, robot, known, planning.robot_radius, STUCK_DETAIL, once=True):
@@ -256,18 +249,15 @@ class DriveController:
             if not self.recovery.is_finished(settings):
                 self._stuck.reset()  # try the route again
         self.recovery.end(robot)
+        reach = settings.lookahead + 2.0 * self._smoother.braking_distance() + _REACH_MARGIN
+        costmap = planning.costmap_around(known, robot, reach)
         # What is too near for the map may hold a robot that cuts a corner.
-        reach = _HELD_FRACTION if self._stuck.is_held else 1.0
-        x, y = lookahead_point(costmap, robot, points, reach * settings.lookahead)
-        state, detail = self._policy.describe(self._smoother.velocity)
-        if is_kept:
-            free = min(free, free_length(costmap, points))
-            state, detail = DriveState.GIVING_WAY, f'{DriveState.GIVING_WAY.value}: the way around it is long'
+        lookahead = settings.lookahead * (_HELD_FRACTION if self._stuck.is_held else 1.0)
+        x, y = lookahead_point(costmap, robot, planning.points_map, lookahead)
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
-        ahead = max(settings.lookahead, braking)
-        limit = allowed_speed(costmap, self._global_map.masks, robot, planning.robot_radius, points, ahead, settings)
-        limit = min(limit, self.command_state.speed_limit, braking_speed_limit(free - _GAP, settings))
+        limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
         target = velocity_towards(bearing, limit, settings, is_held=self._stuck.is_held)
+        state, detail = self._policy.describe(self._smoother.velocity)
         return DriveCommand(state, detail, target, (float(x), float(y)))
 
     def _act_without_route(self, now: float, robot: SE2, planning: RoutePlanning, known: GlobalMap) -> DriveCommand:
@@ -281,8 +271,8 @@ class DriveController:
         can_help = self.recovery.can_help(reason, planning.replan_count)
         if can_help and (command := self._recover(now, robot, known, planning.robot_radius, why)):
             return command
-        why = f'{why}; tried {tried}' if (tried := self.recovery.summary) else why
-        return stop_command(DriveState.UNREACHABLE, why)
+        tried = self.recovery.summary
+        return stop_command(DriveState.UNREACHABLE, f'{why}; tried {tried}' if tried else why)
 
     def _recover(
         self, now: float, robot: SE2, known: GlobalMap, radius: float, why: str, *, once: bool = False
@@ -298,3 +288,12 @@ class DriveController:
         """Return a turn rate [rad/s] once the robot has stopped."""
         is_stopped = abs(self._smoother.velocity.forward) <= _STOPPED_SPEED
         return Velocity(0.0, turn_rate) if is_stopped else Velocity()
+
+    def _allowed_speed(self, robot: SE2, planning: RoutePlanning, costmap: InflatedCostmap) -> float:
+        """Return the speed that commands, obstacles and the goal allow [m/s]."""
+        distance_max = max(self._settings.lookahead, 2.0 * self._smoother.braking_distance())
+        points = planning.points_map
+        limit = route_speed_limit(costmap, robot, planning.robot_radius, points, distance_max, self._settings)
+        near = points[np.hypot(*(points - (robot.x, robot.y)).T) < distance_max]
+        mask_limit = mask_speed_limit(self._global_map.masks, robot, near, self._settings)
+        return min(self.command_state.speed_limit, mask_limit, limit)

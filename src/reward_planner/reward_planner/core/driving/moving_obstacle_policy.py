@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reward_planner.core.driving.drive_state import DriveState, Velocity
-from reward_planner.core.driving.kept_route import WAITS_MAX, TimeAtPlace, is_detour_long, route_from
+from reward_planner.core.driving.replanner import path_length
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
 from reward_planner.core.settings import DrivingSettings
@@ -45,6 +45,7 @@ _CLEARER = 0.02  # where an obstacle is nearer than allowed, it may not come nea
 _CLEAR_TIME, _DETOUR_TIME = 0.5, 2.0  # times without a conflict that end it, and a way around [s]
 _APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
 _WAITING_SPEED = 0.02  # below this the robot waits [m/s, rad/s]
+_WAITS_MAX, _PROGRESS = 3.0, 0.5  # so many times moving_obstacle_wait the robot waits at a place of this size [m]
 AROUND_TIME = 2.5
 """A robot that goes around keeps off the path of the obstacle for this time [s]."""
 _PATH_MAX = 5.0  # at most for this distance [m]
@@ -125,7 +126,7 @@ class MovingObstaclePolicy:
 
     def __init__(self) -> None:
         """Start without a conflict."""
-        self._waiting = TimeAtPlace()
+        self._waited = SE2(math.inf, 0.0, 0.0), math.inf
         self.reset()
 
     def reset(self) -> None:
@@ -171,10 +172,15 @@ class MovingObstaclePolicy:
 
     def _should_wait(self, detour_map: NDArray[np.float64], robot: SE2, now: float, settings: DrivingSettings) -> bool:
         """Return whether waiting is better, for a bounded time, than a long way around, shape (n, 2) [m]."""
-        is_late = self._waiting.update(robot, now) > WAITS_MAX * settings.moving_obstacle_wait
-        if len(detour_map) == 0 or is_late:
+        place, since = self._waited
+        if not (place.distance_to(robot) < _PROGRESS and since <= now):
+            self._waited = place, since = robot, now
+        if len(detour_map) == 0 or now - since > _WAITS_MAX * settings.moving_obstacle_wait:
             return False
-        return is_detour_long(detour_map, route_from(self.route_map, robot), settings)
+        nearest = int(np.hypot(*(self.route_map - (robot.x, robot.y)).T).argmin())
+        # What the robot could drive while it waits, there and back.
+        worth = 0.5 * settings.moving_obstacle_wait * settings.max_linear_velocity
+        return path_length(detour_map) - path_length(self.route_map[nearest:]) > worth
 
     def update(
         self, conflict: Conflict | None, route_map: NDArray[np.float64], now: float, settings: DrivingSettings

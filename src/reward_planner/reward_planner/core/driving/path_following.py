@@ -55,13 +55,6 @@ def lookahead_point(
     return np.asarray(candidates[int(np.flatnonzero(is_visible)[-1]) if is_visible[nearest:].any() else nearest])
 
 
-def free_length(costmap: InflatedCostmap, points_map: NDArray[np.float64]) -> float:
-    """Return the length of a route, points of shape (n, 2), up to an inflated obstacle [m]; infinite without one."""
-    is_blocked = costmap.clearance_at(points_map) < costmap.inscribed_radius
-    steps = np.hypot(*np.diff(points_map, axis=0, prepend=points_map[:1]).T)
-    return float(steps[: is_blocked.argmax()].sum()) if is_blocked.any() else math.inf
-
-
 def check_path_ahead(
     costmap: InflatedCostmap, robot: SE2, inflation_radius: float, distance_max: float
 ) -> tuple[float, float]:
@@ -148,21 +141,6 @@ def route_speed_limit(
         braking_speed_limit(free_distance, settings) if free_distance < distance_max else math.inf,
         braking_speed_limit(to_goal, settings),
     )
-
-
-def allowed_speed(
-    costmap: InflatedCostmap,
-    masks: CostmapMasks,
-    robot: SE2,
-    robot_radius: float,
-    points_map: NDArray[np.float64],
-    distance_max: float,
-    settings: DrivingSettings,
-) -> float:
-    """Return the speed that obstacles and masks up to a distance [m], and the end of the route, allow [m/s]."""
-    near = points_map[np.hypot(*(points_map - (robot.x, robot.y)).T) < distance_max]
-    limit = route_speed_limit(costmap, robot, robot_radius, points_map, distance_max, settings)
-    return min(limit, mask_speed_limit(masks, robot, near, settings))
 
 
 _ENTER_FACTOR = 0.7  # within this multiple of goal_tolerance the robot turns to the goal's heading
