@@ -10,22 +10,31 @@ from scipy.sparse.csgraph import dijkstra
 from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.route import d_star_lite
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.route import COST_MAX, DIAGONAL, LETHAL, STRAIGHT, NoRoute, Route
+from reward_planner.core.route.route import (
+    COST_MAX,
+    DIAGONAL,
+    HIDDEN_FACTOR,
+    LETHAL,
+    STRAIGHT,
+    NoRoute,
+    Route,
+    travel_costs,
+)
 from reward_planner.core.route.shortest_route import shortest_route
 
 
 def assert_as_from_scratch(routes: DStarLite, blocked, start, goal) -> Route | NoRoute:
     np.testing.assert_array_equal(routes.blocked, blocked)
-    mended, anew = routes.route_from(start), shortest_route(blocked, start, goal)
+    repaired, anew = routes.route_from(start), shortest_route(blocked, start, goal)
     if isinstance(anew, NoRoute):
-        assert mended == anew
+        assert repaired == anew
     else:
-        assert isinstance(mended, Route)
-        assert mended.length == pytest.approx(anew.length, abs=1e-9)
-        assert tuple(mended.cells[0]) == start
-        assert tuple(mended.cells[-1]) == goal
-        assert is_traversable(blocked, mended.cells)
-    return mended
+        assert isinstance(repaired, Route)
+        assert repaired.length == pytest.approx(anew.length, abs=1e-9)
+        assert tuple(repaired.cells[0]) == start
+        assert tuple(repaired.cells[-1]) == goal
+        assert is_traversable(blocked, repaired.cells)
+    return repaired
 
 
 @pytest.mark.parametrize('seed', range(30))
@@ -144,3 +153,14 @@ def test_changes_while_no_route_is_asked_for_take_no_more_than_a_search_from_scr
     found, wanted = routes.route_from((0, 0)), shortest_route(routes.blocked, (0, 0), (29, 29))
     assert isinstance(wanted, Route)
     assert found.length == pytest.approx(wanted.length)
+
+
+def test_a_route_avoids_what_an_obstacle_hides_unless_the_way_around_is_long():
+    costs = np.full((40, 30), 150, dtype=np.uint8)
+    costs[10:14, :20] = COST_MAX
+    for column, is_crossed in ((18, False), (0, True)):
+        search = DStarLite(travel_costs(costs), (20, column), HIDDEN_FACTOR * 2.0)
+        cells = search.route_from((0, column)).cells
+        assert (costs[cells[:, 0], cells[:, 1]] == COST_MAX).any() == is_crossed
+    others = np.arange(COST_MAX)
+    np.testing.assert_allclose(HIDDEN_FACTOR * travel_costs(others), others, atol=0.5 * HIDDEN_FACTOR)

@@ -10,7 +10,16 @@ from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
 from reward_planner.core.reward.reward_walk import reward_route
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.route import COST_MAX, LETHAL, NoRoute, Route, check_endpoints, is_reachable
+from reward_planner.core.route.route import (
+    COST_MAX,
+    HIDDEN_FACTOR,
+    LETHAL,
+    NoRoute,
+    Route,
+    check_endpoints,
+    is_reachable,
+    travel_costs,
+)
 from reward_planner.core.safety.footprint import Footprint
 from reward_planner.core.settings import DrivingSettings, PlannerSettings, RewardSettings
 from shirube_core.geometry import SE2, wrap_angle
@@ -85,7 +94,7 @@ class Replanner:
         cells = self.costmap.refresh(self._global_map, part)
         if len(cells):
             if self._search is not None:
-                self._search.update_cells(cells, self.costmap.costs[cells[:, 0], cells[:, 1]])
+                self._search.update_cells(cells, travel_costs(self.costmap.costs[cells[:, 0], cells[:, 1]]))
             self._has_changed = True
 
     def update(self, now: float, robot: SE2, *, must_compare: bool = False) -> None:
@@ -99,8 +108,8 @@ class Replanner:
         # A resized costmap needs a new search.
         if self.costmap.cover(self._global_map, [*self._covered, (robot.x, robot.y)]) or not self._has_costmap:
             if self._planner.mode == 'optimal':
-                multiplier = self._planner.cost_travel_multiplier
-                self._search = DStarLite(self.costmap.costs, self._cell_of(self._goal), multiplier)
+                multiplier = HIDDEN_FACTOR * self._planner.cost_travel_multiplier
+                self._search = DStarLite(travel_costs(self.costmap.costs), self._cell_of(self._goal), multiplier)
             self._has_costmap = self._has_changed = True
         # The robot moved: the route begins at its nearest point, and the reward rule remembers the place.
         self._drop_passed_points(robot)
@@ -176,7 +185,7 @@ class Replanner:
             search.update_cells(avoided[-1], LETHAL)
             result = search.route_from(begin)
         rows, columns = np.concatenate(avoided).T
-        search.update_cells(np.stack([rows, columns], axis=1), costmap.costs[rows, columns])
+        search.update_cells(np.stack([rows, columns], axis=1), travel_costs(costmap.costs[rows, columns]))
         return NoRoute.UNREACHABLE if len(self._colliding_cells(result)) else result
 
     def _colliding_cells(self, route: Route | NoRoute) -> NDArray[np.int64]:
@@ -231,8 +240,8 @@ class Replanner:
     def _travel_cost(self, points: NDArray[np.float64]) -> float:
         """Return the length of a route [m], with the costs of its cells as the search weights them."""
         rows, columns = self.costmap.frame.cell_of(points).T
-        costs = np.minimum(self.costmap.costs[rows, columns], COST_MAX) / COST_MAX
-        weights = 1.0 + 0.5 * self._planner.cost_travel_multiplier * (costs[1:] + costs[:-1])
+        costs = np.minimum(travel_costs(self.costmap.costs[rows, columns]), COST_MAX) / COST_MAX
+        weights = 1.0 + 0.5 * HIDDEN_FACTOR * self._planner.cost_travel_multiplier * (costs[1:] + costs[:-1])
         return float(np.hypot(*np.diff(points, axis=0).T) @ weights)
 
     def _turn_cost(self, points: NDArray[np.float64], robot: SE2) -> float:

@@ -40,6 +40,8 @@ DIAGONAL = 665857
 
 COST_MAX = 252  # greatest cost of a cell that the robot may enter; 253 and 254 are blocked, as in Nav2
 LETHAL = 254
+HIDDEN_FACTOR = 3.0
+"""A metre where the robot may meet what an obstacle hides counts as so many at other cells of the greatest cost."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +113,15 @@ def is_reachable(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple
 
 
 _ROUNDING = 1e-5  # clearances are computed in single precision [m]
+
+
+def travel_costs(costs: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return costs for a search whose multiplier is `HIDDEN_FACTOR` times as large, same shape.
+
+    So the greatest cost, that of what obstacles hide, counts so many times as much: there the robot may be unable to
+    see what it meets. Other costs count as before.
+    """
+    return np.where(costs < COST_MAX, np.rint(costs / HIDDEN_FACTOR), costs).astype(np.uint8)
 
 
 def inflation_costs(
