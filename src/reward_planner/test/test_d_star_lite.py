@@ -8,18 +8,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from reward_planner.core.reward_planner_error import RewardPlannerError
-from reward_planner.core.route import d_star_lite
+from reward_planner.core.route import d_star_lite, route
 from reward_planner.core.route.d_star_lite import DStarLite
-from reward_planner.core.route.route import (
-    COST_MAX,
-    DIAGONAL,
-    HIDDEN_FACTOR,
-    LETHAL,
-    STRAIGHT,
-    NoRoute,
-    Route,
-    travel_costs,
-)
+from reward_planner.core.route.route import COST_MAX, DIAGONAL, LETHAL, STRAIGHT, NoRoute, Route
 from reward_planner.core.route.shortest_route import shortest_route
 
 
@@ -29,10 +20,8 @@ def assert_as_from_scratch(routes: DStarLite, blocked, start, goal) -> Route | N
     if isinstance(anew, NoRoute):
         assert repaired == anew
     else:
-        assert isinstance(repaired, Route)
         assert repaired.length == pytest.approx(anew.length, abs=1e-9)
-        assert tuple(repaired.cells[0]) == start
-        assert tuple(repaired.cells[-1]) == goal
+        assert (tuple(repaired.cells[0]), tuple(repaired.cells[-1])) == (start, goal)
         assert is_traversable(blocked, repaired.cells)
     return repaired
 
@@ -125,42 +114,34 @@ def test_a_goal_that_is_walled_in_is_reported_and_reached_once_the_wall_is_gone(
     routes.update_cells([(10, 10)], True)
     assert routes.route_from((0, 0)) == NoRoute.GOAL_BLOCKED
     routes.update_cells([*around, (10, 10)], False)
-    route = routes.route_from((0, 0))
-    assert isinstance(route, Route)
-    assert route.length == pytest.approx(10 * 2**0.5)
+    assert routes.route_from((0, 0)).length == pytest.approx(10 * 2**0.5)
 
 
 def test_a_goal_outside_is_reported_a_cell_outside_refused_and_the_callers_map_copied() -> None:
     blocked = np.zeros((5, 5), dtype=bool)
-    routes = DStarLite(blocked, (5, 0))
-    assert routes.route_from((0, 0)) == NoRoute.GOAL_OUTSIDE
+    assert DStarLite(blocked, (5, 0)).route_from((0, 0)) == NoRoute.GOAL_OUTSIDE
+    routes = DStarLite(blocked, (4, 4))
     with pytest.raises(RewardPlannerError, match='outside'):
         routes.update_cells([(0, -1)], [True])
-    routes = DStarLite(blocked, (4, 4))
     blocked[:] = True
     assert isinstance(routes.route_from((0, 0)), Route)
 
 
 def test_changes_while_no_route_is_asked_for_take_no_more_than_a_search_from_scratch(monkeypatch) -> None:
     monkeypatch.setattr(d_star_lite, '_CHANGES_MAX', 500)
-    rng = np.random.default_rng(1)
-    routes = DStarLite(np.zeros((30, 30), dtype=bool), (29, 29))
+    rng, routes = np.random.default_rng(1), DStarLite(np.zeros((30, 30), dtype=bool), (29, 29))
     assert isinstance(routes.route_from((0, 0)), Route)
     for _ in range(200):
-        cells = rng.integers(1, 29, (20, 2))
-        routes.update_cells(cells, rng.random(20) < 0.3)
+        routes.update_cells(rng.integers(1, 29, (20, 2)), rng.random(20) < 0.3)
         assert sum(map(len, routes._changed)) <= 500
     found, wanted = routes.route_from((0, 0)), shortest_route(routes.blocked, (0, 0), (29, 29))
-    assert isinstance(wanted, Route)
     assert found.length == pytest.approx(wanted.length)
 
 
-def test_a_route_avoids_what_an_obstacle_hides_unless_the_way_around_is_long():
-    costs = np.full((40, 30), 150, dtype=np.uint8)
+def test_a_route_avoids_what_an_obstacle_hides_unless_the_way_around_is_long() -> None:
+    costs, others = np.full((40, 30), 150, dtype=np.uint8), np.arange(COST_MAX)
     costs[10:14, :20] = COST_MAX
-    for column, is_crossed in ((18, False), (0, True)):
-        search = DStarLite(travel_costs(costs), (20, column), HIDDEN_FACTOR * 2.0)
-        cells = search.route_from((0, column)).cells
-        assert (costs[cells[:, 0], cells[:, 1]] == COST_MAX).any() == is_crossed
-    others = np.arange(COST_MAX)
-    np.testing.assert_allclose(HIDDEN_FACTOR * travel_costs(others), others, atol=0.5 * HIDDEN_FACTOR)
+    searches = [(DStarLite(route.travel_costs(costs), (20, k), 2.0 * route.HIDDEN_FACTOR), (0, k)) for k in (18, 0)]
+    met = [(costs[tuple(search.route_from(start).cells.T)] == COST_MAX).any() for search, start in searches]
+    assert met == [False, True]
+    np.testing.assert_allclose(route.HIDDEN_FACTOR * route.travel_costs(others), others, atol=0.5 * route.HIDDEN_FACTOR)

@@ -81,9 +81,8 @@ def test_a_person_who_blocks_a_corridor_is_waited_for_and_the_goal_is_reached_wh
 
 def test_where_the_way_around_is_long_the_robot_waits_and_goes_on_as_soon_as_it_is_free():
     walls = hall()
-    walls[:24, 30:60] = walls[36:52, 30:60] = walls[:24, 70:] = (
-        True  # a corridor of 1.2 m; the way around is in the north
-    )
+    # A corridor of 1.2 m; the way around is in the north.
+    walls[:24, 30:60] = walls[36:52, 30:60] = walls[:24, 70:] = True
     drive = Encounter(walls, (4.5, 3.0), (-0.3, 0.0), ends=9.0)
     drive.controller.set_goal(goal_at(6.5, 3.0))
     drive.run(60.0, until=(DriveState.WAITING,))
