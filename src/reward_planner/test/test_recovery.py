@@ -44,11 +44,8 @@ def test_every_behavior_runs_once_in_its_order_before_the_robot_gives_up_with_th
     last = drive.run(60.0, until=(DriveState.UNREACHABLE,))
     assert behaviors(drive) == ['stopping', 'replan', 'wait', 'look around', 'back up']
     assert last.detail == ('no path to the goal: obstacles block every path; tried replan, wait, look_around, back_up')
-    turned = sum(
-        a.yaw_to(b)
-        for a, b, done in zip(drive.poses, drive.poses[1:], drive.drives, strict=False)
-        if 'look around' in done.detail
-    )
+    steps = zip(drive.poses, drive.poses[1:], drive.drives, strict=False)
+    turned = sum(a.yaw_to(b) for a, b, done in steps if 'look around' in done.detail)
     assert turned == pytest.approx(math.tau, abs=0.3)
     backwards = -sum(min(each.velocity.forward, 0.0) for each in drive.drives) * 0.05
     assert backwards == pytest.approx(0.3, abs=0.06)
@@ -81,7 +78,8 @@ def test_all_behaviors_are_allowed_again_at_another_place_and_for_another_goal()
 
 def test_without_recovery_the_robot_gives_up_at_once():
     drive = blocked_drive(DrivingSettings(recovery=''))
-    assert drive.run(5.0, until=(DriveState.UNREACHABLE,)).detail.endswith('block every path')
+    assert drive.run(20.0, until=(DriveState.UNREACHABLE,)).detail.endswith('block every path')
+    assert behaviors(drive) == ['stopping']
 
 
 def test_a_name_that_is_no_behavior_is_refused_with_all_that_are():
