@@ -77,7 +77,7 @@ def test_all_behaviors_are_allowed_again_at_another_place_and_for_another_goal()
 
 
 @pytest.mark.parametrize(('seconds', 'limit'), [(5.0, 20.0), (8.0, 5.0)])
-def test_without_recovery_the_robot_gives_up_at_once(seconds, limit):
+def test_without_recovery_the_robot_gives_up_as_soon_as_it_has_seen_the_closed_passage(seconds, limit):
     drive = blocked_drive(DrivingSettings(recovery=''), seconds)
     assert drive.run(limit, until=(DriveState.UNREACHABLE,)).detail.endswith('block every path')
     assert behaviors(drive) == ['stopping']
