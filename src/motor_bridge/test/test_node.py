@@ -22,7 +22,7 @@ pytestmark = pytest.mark.newest_set_only
 def test_the_emergency_stop_holds_until_it_is_taken_back(robot):
     robot.drive(0.8, 0.3)
     robot.stop()
-    robot.until(robot.is_stopped, 1.0)
+    robot.until(lambda: robot.send(0.3) or robot.is_stopped())  # still commanded, so only the stop can do it
     robot.drive(0.4, 0.3)
     assert robot.is_stopped()
     assert robot.message().message == 'stopped by estop'
