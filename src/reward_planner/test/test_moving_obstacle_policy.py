@@ -79,17 +79,18 @@ def test_a_person_who_blocks_a_corridor_is_waited_for_and_the_goal_is_reached_wh
     assert drive.contact_speeds == []
 
 
-def test_where_the_way_around_is_long_the_robot_waits_and_goes_on_as_soon_as_it_is_free():
+@pytest.mark.parametrize(('velocity', 'ends'), [((-0.3, 0.0), 9.0), ((0.0, 0.0), math.inf)])
+def test_where_the_way_around_is_long_the_robot_waits_and_takes_it_if_the_person_stays(velocity, ends):
     walls = hall()
     # A corridor of 1.2 m; the way around is in the north.
     walls[:24, 30:60] = walls[36:52, 30:60] = walls[:24, 70:] = True
-    drive = Encounter(walls, (4.5, 3.0), (-0.3, 0.0), ends=9.0)
+    drive = Encounter(walls, (4.5, 3.0), velocity, ends)
     drive.controller.set_goal(goal_at(6.5, 3.0))
     drive.run(60.0, until=(DriveState.WAITING,))
     waited = len(drive.drives)
     assert drive.run(60.0).state is DriveState.GOAL_REACHED
     assert any('the way around it is long' in each.detail for each in drive.drives[waited - 1 :])
-    assert max(pose.y for pose in drive.poses) < 3.7
+    assert (max(pose.y for pose in drive.poses) > 3.7) == (ends == math.inf)
     assert max(drive.contact_speeds, default=0.0) < 0.02
 
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from reward_planner.core.mapping.obstacle_mapper import MovingPoints
+from reward_planner.core.mapping.moving_points import MovingPoints
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
 from reward_planner.core.occupancy_map import OCCUPIED, GridFrame
 from reward_planner.core.safety.cluster_tracker import ClusterTracker
@@ -79,14 +79,17 @@ def test_a_walker_is_known_with_his_velocity_and_leaves_nothing_in_the_map(start
     assert not drive.navigator.moving_obstacles
 
 
-def test_who_stands_still_gets_into_the_map_and_out_of_it_when_he_is_gone():
+@pytest.mark.parametrize(('seconds', 'is_mapped'), [(9.0, False), (14.0, True)])
+def test_who_stands_is_expected_to_go_on_then_mapped_and_out_of_the_map_when_he_is_gone(seconds, is_mapped):
     drive = Drive()
-    for k in range(40):  # comes, and stands from 1 s on
+    for k in range(round(seconds / PERIOD)):  # comes, and stands from 1 s on
         drive.look(Walker('person', SE2(3.8, 0.0, math.pi), 1.0).solids_at(min(PERIOD * k, 1.0)))
-    assert drive.occupied(2.4, -0.4, 3.2, 0.4) > 0
-    for _ in range(30):
+    assert (drive.occupied(2.4, -0.4, 3.2, 0.4) > 0) == is_mapped
+    assert [each.is_standing for each in drive.navigator.moving_obstacles] == [True] * (not is_mapped)
+    for _ in range(30 if is_mapped else 1):
         drive.look(Solids())
     assert drive.occupied(2.4, -0.4, 3.2, 0.4) == 0
+    assert not drive.navigator.moving_obstacles
 
 
 def test_points_at_rest_are_kept_and_an_older_frame_changes_nothing():

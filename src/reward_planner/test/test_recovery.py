@@ -8,8 +8,9 @@ import pytest
 from grid_drive import RADIUS, GridDrive, goal_at, hall, is_stopped
 
 from reward_planner.core.driving.drive_state import DriveState
+from reward_planner.core.driving.moving_obstacle_policy import MovingObstacle
 from reward_planner.core.driving.path_following import CELL_MARGIN
-from reward_planner.core.driving.recovery import free_distance_behind, parse_recovery
+from reward_planner.core.driving.recovery import StuckCheck, free_distance_behind, parse_recovery
 from reward_planner.core.mapping.global_map import GlobalMap, LocalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED, UNKNOWN, GridFrame
 from reward_planner.core.reward_planner_error import DrivingError
@@ -101,13 +102,11 @@ def test_the_free_distance_behind_is_that_of_a_disc_moved_in_small_steps(yaw):
         x, y = frame.centre_of(np.argwhere(cells != FREE)).T
         is_other = (cells[cells != FREE] == OCCUPIED) | (np.hypot(x - robot.x, y - robot.y) > RADIUS)
         reach = RADIUS + CELL_MARGIN * 0.05
-        expected = 0.8
-        for distance in np.arange(0.0, 0.8, 1e-3):
-            place = robot @ SE2(-distance, 0.0, 0.0)
-            is_behind = math.cos(yaw) * (x - robot.x) + math.sin(yaw) * (y - robot.y) < 0.0
-            if (is_behind & is_other & (np.hypot(x - place.x, y - place.y) < reach)).any():
-                expected = distance
-                break
+        ahead, steps = np.array([math.cos(yaw), math.sin(yaw)]), np.arange(0.0, 0.8, 1e-3)[:, None]
+        is_behind = (x - robot.x) * ahead[0] + (y - robot.y) * ahead[1] < 0.0
+        gaps = np.hypot(x - robot.x + steps * ahead[0], y - robot.y + steps * ahead[1])
+        meets = (is_behind & is_other & (gaps < reach)).any(axis=1)
+        expected = steps[meets.argmax(), 0] if meets.any() else 0.8
         found = free_distance_behind(known, robot, RADIUS, 0.8)
         assert max(found, 0.0) == pytest.approx(expected, abs=2e-3)
 
@@ -121,3 +120,12 @@ def test_a_robot_with_a_wall_behind_does_not_back_up():
     last = drive.run(20.0, until=(DriveState.UNREACHABLE,))
     assert last.detail.endswith('; tried back_up (not possible)')
     assert drive.way() < 1e-6
+
+
+@pytest.mark.parametrize('distance', [1.0, 3.0])
+def test_a_robot_that_may_be_stopped_for_somebody_near_is_not_held_by_furniture(distance):
+    check, robot = StuckCheck(), SE2(0.0, 0.0, 0.0)
+    for now in np.arange(0.0, 3.0, 0.05):
+        check.note_people(now, robot, [MovingObstacle(now, (distance, 0.0), (0.0, 0.0), 0.2)])
+        check.update(now, robot, is_driving=True)
+    assert check.is_held == (distance > 2.0)

@@ -232,6 +232,7 @@ class DriveController:
     def _follow_route(self, now: float, robot: SE2, planning: RoutePlanning) -> DriveCommand:
         """Follow the route (6.) towards the lookahead point, or act as long as there is none."""
         obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
+        self._stuck.note_people(now, robot, obstacles)
         # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
         clearance = planning.robot_radius + settings.clearance_margin
         motion = robot, self._smoother.velocity.forward, clearance

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from reward_planner.core.driving.drive_state import DriveState, Velocity
 from reward_planner.core.driving.replanner import path_length
@@ -23,7 +24,7 @@ class MovingObstacle:
     Attributes:
         stamp: time of the position [s].
         position: centre (x, y) [m].
-        velocity: (x, y) [m/s].
+        velocity: (x, y) [m/s]; (0, 0) for somebody who walked and stands.
         radius: radius of the disc that holds the cluster [m].
     """
 
@@ -31,6 +32,11 @@ class MovingObstacle:
     position: tuple[float, float]
     velocity: tuple[float, float]
     radius: float
+
+    @property
+    def is_standing(self) -> bool:
+        """Whether it is somebody who walked and stands."""
+        return self.velocity == (0.0, 0.0)
 
     def position_at(self, time: float) -> tuple[float, float]:
         """Return the predicted centre (x, y) at a time [s], in meters."""
@@ -45,7 +51,8 @@ _CLEARER = 0.02  # where an obstacle is nearer than allowed, it may not come nea
 _CLEAR_TIME, _DETOUR_TIME = 0.5, 2.0  # times without a conflict that end it, and a way around [s]
 _APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that waits must not be reached
 _WAITING_SPEED = 0.02  # below this the robot waits [m/s, rad/s]
-_WAITS_MAX, _PROGRESS = 3.0, 0.5  # so many times moving_obstacle_wait the robot waits at a place of this size [m]
+_PROGRESS = 0.5  # size of a place where the robot waits [m]
+_STANDING_RADIUS = 0.2  # of somebody who stands [m]
 AROUND_TIME = 2.5
 """A robot that goes around keeps off the path of the obstacle for this time [s]."""
 _PATH_MAX = 5.0  # at most for this distance [m]
@@ -134,7 +141,7 @@ class MovingObstaclePolicy:
         self.state: DriveState | None = None
         self.detail, self.route_map = '', np.empty((0, 2))
         self._began = self._latest = -math.inf
-        self.is_detour_long = False
+        self.is_detour_long = self._takes_detour = False
 
     @property
     def is_around(self) -> bool:
@@ -167,6 +174,9 @@ class MovingObstaclePolicy:
         if self.is_detour_long:
             route_map = np.empty((0, 2))
         points = route_map if len(route_map) else self.route_map
+        standing = [each.position for each in obstacles if each.is_standing]
+        if self.is_around and standing and cdist(standing, self.route_map).min() < clearance + _STANDING_RADIUS:
+            self._latest = now  # without him, the direct route would lead to him again
         conflict = predict_conflict(points, robot, speed, obstacles, now, clearance, settings)
         return self.update(conflict, route_map, now, settings)
 
@@ -175,12 +185,14 @@ class MovingObstaclePolicy:
         place, since = self._waited
         if not (place.distance_to(robot) < _PROGRESS and since <= now):
             self._waited = place, since = robot, now
-        if len(detour_map) == 0 or now - since > _WAITS_MAX * settings.moving_obstacle_wait:
+        if self._takes_detour or len(detour_map) == 0:
             return False
         nearest = int(np.hypot(*(self.route_map - (robot.x, robot.y)).T).argmin())
-        # What the robot could drive while it waits, there and back.
-        worth = 0.5 * settings.moving_obstacle_wait * settings.max_linear_velocity
-        return path_length(detour_map) - path_length(self.route_map[nearest:]) > worth
+        longer = path_length(detour_map) - path_length(self.route_map[nearest:])
+        # As long as the way around takes: in hindsight, neither costs more than twice the better one.
+        worth = longer / settings.max_linear_velocity
+        self._takes_detour = worth <= max(0.5 * settings.moving_obstacle_wait, now - since)
+        return not self._takes_detour
 
     def update(
         self, conflict: Conflict | None, route_map: NDArray[np.float64], now: float, settings: DrivingSettings

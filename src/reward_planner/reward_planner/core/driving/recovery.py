@@ -1,13 +1,14 @@
 """Recovery behaviors of a robot without a route: look around, wait, back up, clear the map, plan from scratch."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import Enum
 
 import numpy as np
 
 from reward_planner.core.driving.drive_state import DriveCommand, DriveState, Velocity
+from reward_planner.core.driving.moving_obstacle_policy import MovingObstacle
 from reward_planner.core.driving.path_following import CELL_MARGIN
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import FREE, OCCUPIED_THRESHOLD, UNKNOWN, GridFrame
@@ -22,6 +23,7 @@ _TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _DISTANCE, _ANGLE = 0.04, 0.1  # smaller ones are the noise of the pose [m, rad]
 _TURNING_TIMEOUT = 10.0  # time for which the robot may only turn [s]
 _HELD_TIME, _RELEASED_DISTANCE = 1.0, 0.3  # [s], and from there [m]
+_MET_DISTANCE, _MET_TIME = 2.0, 5.0  # who moves as near as this may hold the robot for as long [m, s]
 
 
 class StuckCheck:
@@ -40,8 +42,14 @@ class StuckCheck:
         """Start the time again."""
         self._place: SE2 | None = None
         self._held_at: SE2 | None = None
+        self._met_at = -math.inf
         self._since = self._turning_since = math.nan
         self.is_stuck = self.is_held = False
+
+    def note_people(self, now: float, robot: SE2, obstacles: Sequence[MovingObstacle]) -> None:
+        """Take the moving obstacles at a time [s]: near them, the robot may be stopped for them."""
+        if any(math.dist(each.position_at(now), (robot.x, robot.y)) < _MET_DISTANCE for each in obstacles):
+            self._met_at = now
 
     def checked(self, now: float, robot: SE2 | None, drive: DriveCommand) -> DriveCommand:
         """Return the command of this cycle, as stuck if the robot should drive and is; recovery does not end that."""
@@ -64,7 +72,7 @@ class StuckCheck:
         elif is_moving:
             self._place, self._since, self._turning_since = robot, now, now
         self.is_stuck = now - self._since > _TIMEOUT or now - self._turning_since > _TURNING_TIMEOUT
-        if now - self._since > _HELD_TIME:
+        if now - self._since > _HELD_TIME and not 0.0 <= now - self._met_at < _MET_TIME:
             self._held_at = robot
         held = self._held_at
         self.is_held = held is not None and robot is not None and held.distance_to(robot) < _RELEASED_DISTANCE

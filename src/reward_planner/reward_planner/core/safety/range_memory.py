@@ -103,6 +103,10 @@ class RangeMemory:
             trail.popleft()
         return trail[0][0] if way - trail[0][1] > _DRIVEN_MAX else NEVER
 
+    def arrived(self) -> NDArray[np.bool_]:
+        """Return which cells of `obstacles` belong to somebody who came, shape (n,)."""
+        return self._cells.arrived[self._cells.kind != FREE]
+
     def obstacles(self) -> ObstacleCells:
         """Return all obstacle cells."""
         cells = self._cells
