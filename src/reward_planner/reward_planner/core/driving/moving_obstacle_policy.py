@@ -141,7 +141,7 @@ class MovingObstaclePolicy:
         self.state: DriveState | None = None
         self.detail, self.route_map = '', np.empty((0, 2))
         self._began = self._latest = -math.inf
-        self.is_detour_long = self._takes_detour = False
+        self.is_detour_long, self._is_new = False, True
 
     @property
     def is_around(self) -> bool:
@@ -183,16 +183,16 @@ class MovingObstaclePolicy:
     def _should_wait(self, detour_map: NDArray[np.float64], robot: SE2, now: float, settings: DrivingSettings) -> bool:
         """Return whether waiting is better, for a bounded time, than a long way around, shape (n, 2) [m]."""
         place, since = self._waited
-        if not (place.distance_to(robot) < _PROGRESS and since <= now):
+        if self._is_new and not (place.distance_to(robot) < _PROGRESS and since <= now):
             self._waited = place, since = robot, now
-        if self._takes_detour or len(detour_map) == 0:
+        self._is_new = False
+        if len(detour_map) == 0:
             return False
         nearest = int(np.hypot(*(self.route_map - (robot.x, robot.y)).T).argmin())
         longer = path_length(detour_map) - path_length(self.route_map[nearest:])
         # As long as the way around takes: in hindsight, neither costs more than twice the better one.
         worth = longer / settings.max_linear_velocity
-        self._takes_detour = worth <= max(0.5 * settings.moving_obstacle_wait, now - since)
-        return not self._takes_detour
+        return worth > max(0.5 * settings.moving_obstacle_wait, now - since)
 
     def update(
         self, conflict: Conflict | None, route_map: NDArray[np.float64], now: float, settings: DrivingSettings
