@@ -46,7 +46,7 @@ from shirube_core.geometry import SE2, wrap_angle
 _LOOK_FRACTION = 0.5  # of the maximum turn rate while looking around: frames overlap
 _REACH_MARGIN = 1.0  # of the costmap around the robot, which may be off its route [m]
 _HELD_FRACTION = 0.25  # of the lookahead distance where the robot was held
-_GAP = 0.1  # distance that the robot keeps before the path of a moving obstacle [m]
+_GAP = 0.5  # kept before the path of a moving obstacle [m]: nearer, people would wait for the robot
 _STOPPED_SPEED = 1e-3  # below this the robot is stopped [m/s, rad/s]
 
 
@@ -233,13 +233,13 @@ class DriveController:
         """Follow the route (6.) towards the lookahead point, or act as long as there is none."""
         obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
         self._stuck.note_people(now, robot, obstacles)
+        planning.is_kept = self._stuck.is_dithering
         # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
-        clearance = planning.robot_radius + settings.clearance_margin
-        motion = robot, self._smoother.velocity.forward, clearance
+        motion = robot, self._smoother.velocity.forward, planning.robot_radius + settings.clearance_margin
         free = self._policy.react(planning.points_map, motion, obstacles, now, settings)
         avoided = obstacles if self._policy.is_around else ()
         planning.set_obstacles(obstacle_cells(avoided, now, AROUND_TIME, self._global_map.resolution))
-        if self._policy.is_detour_long:
+        if self._policy.is_detour_long and not planning.is_kept:
             return stop_command(DriveState.WAITING, f'{DriveState.WAITING.value}: the way around it is long')
         known = with_obstacles(self._global_map, obstacles, now)
         if len(planning.points_map) == 0 or self.recovery.must_finish:

@@ -65,6 +65,7 @@ class RoutePlanning:
         replan_count: number of routes taken so far.
         error: why the goal is invalid, empty if it is not.
         is_planned: whether a planning cycle was completed.
+        is_kept: whether a route is kept, whatever the planning cycles find.
         robot_radius: radius of the robot, or of the greatest circle in its footprint [m].
     """
 
@@ -86,7 +87,7 @@ class RoutePlanning:
             self.points_map, self.replan_count = previous.points_map, previous.replan_count
             self._replanner.replan_count = self.replan_count
         self.no_route_reason: NoRoute | None = None
-        self.error, self.is_planned = '', previous is not None
+        self.error, self.is_planned, self.is_kept = '', previous is not None, False
         self._changes: list[tuple[GlobalMap, GridFrame | None]] = []
         self._future: Future[PlannedRoute] | None = None
         self._obstacles: LocalMap | None = None
@@ -120,7 +121,7 @@ class RoutePlanning:
             must_compare, self._must_compare = self._must_compare, False
             self._future = self._run(lambda: self._plan(changes, now, robot, must_compare))
             is_current = self._take_result()
-        if not is_current or self._future is not None:
+        if not is_current or self.is_kept or self._future is not None:
             self._drop_passed_points(robot)
 
     def costmap_around(self, known: GlobalMap, robot: SE2, reach: float) -> InflatedCostmap:
@@ -150,6 +151,8 @@ class RoutePlanning:
         except Exception:
             self.reset()  # the replanner may have stopped halfway
             raise
+        if self.is_kept and len(self.points_map):
+            return True
         # A route that was planned before a reset is not taken.
         if not any(part is None for _, part in self._changes):
             self.points_map, self.no_route_reason = planned.points_map, planned.no_route_reason
