@@ -5,6 +5,7 @@ The pose is exact, the depth images are those of the mission, and no lamp sends 
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,6 +18,7 @@ from motor_bridge.core.diff_drive_kinematics import DriveSettings
 from reward_planner.core.depth.trinocular_depth import points_from_depth_image
 from reward_planner.core.driving.drive_state import DriveState
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
+from reward_planner.core.reward_planner_error import RewardPlannerError
 from reward_planner.core.safety.collision_monitor import CollisionMonitor
 from reward_planner.core.safety.range_frame import range_frame
 from reward_planner.core.safety.safety_settings import CollisionMonitorSettings, SourceSettings
@@ -105,7 +107,8 @@ class Drive:
             stamp, depth = self._frames.pop(0)
             points = points_from_depth_image(depth, DEPTH_CAMERA)
             self.navigator.add_frame(stamp, now, SensorFrame(points, DEPTH_CAMERA.fx))
-            self.navigator.process_frames(now)
+            with suppress(RewardPlannerError):  # somebody fills the view: without a map, the robot stops
+                self.navigator.process_frames(now)
             hit = np.ones(len(points), dtype=np.bool_)
             frame = range_frame(points, hit, DEPTH_MOUNT.rotation, np.array(DEPTH_MOUNT.xyz))
             self.monitor.add_frame('front', stamp, now, frame)

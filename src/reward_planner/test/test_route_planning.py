@@ -26,11 +26,12 @@ class LateRun:
         self.waiting.append((future, work))
         return future
 
-    def finish(self):
-        """Run all waiting cycles."""
+    def finish(self, drive):
+        """Run all waiting cycles, and then a control cycle of the drive."""
         waiting, self.waiting = self.waiting, []
         for future, work in waiting:
             future.set_result(work())
+        drive.tick()
 
 
 def late_drive(walls=None):
@@ -47,16 +48,15 @@ def test_until_the_first_route_the_robot_stands_and_reports_that_it_plans():
         drive.tick()
         assert (drive.drives[-1].state, drive.drives[-1].velocity) == (DriveState.PLANNING, Velocity())
     assert len(run.waiting) == 1  # one cycle at a time
-    run.finish()
-    drive.tick()
+    run.finish(drive)
     assert drive.drives[-1].state is DriveState.DRIVING
 
 
 def test_a_robot_whose_next_route_is_late_follows_the_last_one_and_stops_before_what_appears():
     drive, run = late_drive()
     drive.tick()
-    run.finish()
-    drive.run(4.0)
+    run.finish(drive)
+    drive.run(3.95)
     assert drive.drives[-1].velocity.forward > 0.4
     ahead = round(drive.pose.x / 0.1) + 12
     drive.walls[20:40, ahead : ahead + 3] = True
@@ -64,8 +64,7 @@ def test_a_robot_whose_next_route_is_late_follows_the_last_one_and_stops_before_
     assert is_stopped(drive.drives[-1])
     assert drive.pose.x > 0.1 * ahead - 0.9
     for _ in range(1200):
-        drive.tick()
-        run.finish()
+        run.finish(drive)
     assert drive.drives[-1].state is DriveState.GOAL_REACHED
 
 
@@ -77,12 +76,10 @@ def test_a_planning_cycle_sees_the_map_as_it_was_at_its_start():
     drive.global_map.write(LocalMap(drive.frame, walls, np.ones(drive.frame.shape, dtype=bool)))
     drive.controller.update_cells(drive.frame)
     assert (before.occupancy_in(drive.frame) != drive.global_map.occupancy_in(drive.frame)).any()
-    run.finish()
     drive.senses_map = False
-    drive.tick()  # takes the route of before and starts a cycle with the walls
+    run.finish(drive)  # takes the route of before and starts a cycle with the walls
     assert len(drive.controller.points_map) > 50
-    run.finish()
-    drive.tick()
+    run.finish(drive)
     assert len(drive.controller.points_map) == 0
 
 
@@ -91,15 +88,13 @@ def test_a_cleared_map_discards_the_cycle_that_runs():
     drive.tick()
     drive.controller.reset_map()
     drive.run(0.3)
-    run.finish()
-    drive.tick()
+    run.finish(drive)
     assert drive.drives[-1].state is DriveState.PLANNING
-    run.finish()
-    drive.tick()
+    run.finish(drive)
     assert drive.drives[-1].state is DriveState.DRIVING
 
 
-def test_the_way_around_somebody_ends_when_he_has_left():
+def test_the_way_around_somebody_begins_unless_the_route_is_kept_and_ends_when_he_has_left():
     drive = GridDrive(hall(), SE2(1.0, 3.0, 0.0), DrivingSettings(replan_period=60.0))
     drive.controller.set_goal(goal_at(9.0, 3.0))
     drive.run(0.3)
@@ -107,6 +102,10 @@ def test_the_way_around_somebody_ends_when_he_has_left():
     direct = path_length(planning.points_map)
     frame = GridFrame(5.0, 0.0, 0.1, 1, 50)
     planning.set_obstacles(LocalMap(frame, np.full(frame.shape, OCCUPIED, np.int8), np.ones(frame.shape, bool)))
+    planning.is_kept = True
+    planning.update(now, drive.pose)
+    assert path_length(planning.points_map) == pytest.approx(direct)
+    planning.is_kept = False
     planning.update(now, drive.pose)
     assert path_length(planning.points_map) > direct + 1.0
     planning.set_obstacles(None)
@@ -121,8 +120,7 @@ def test_a_failed_cycle_is_reported_once_and_planning_starts_again():
     with pytest.raises(ZeroDivisionError):
         drive.tick()
     drive.tick()
-    run.finish()
-    drive.tick()
+    run.finish(drive)
     assert drive.drives[-1].state is DriveState.DRIVING
 
 

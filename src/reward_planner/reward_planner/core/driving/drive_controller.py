@@ -34,9 +34,10 @@ from reward_planner.core.driving.path_following import (
     route_speed_limit,
     velocity_towards,
 )
-from reward_planner.core.driving.recovery import STUCK_DETAIL, LookAround, Recovery, RecoveryBehavior, StuckCheck
+from reward_planner.core.driving.recovery import LookAround, Recovery, RecoveryBehavior
 from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.driving.route_planning import RoutePlanning, RunPlanning, run_at_once
+from reward_planner.core.driving.stuck_check import STUCK_DETAIL, StuckCheck
 from reward_planner.core.mapping.global_map import GlobalMap
 from reward_planner.core.occupancy_map import GridFrame
 from reward_planner.core.reward_planner_error import DrivingError
@@ -258,8 +259,7 @@ class DriveController:
         bearing = wrap_angle(math.atan2(y - robot.y, x - robot.x) - robot.yaw)
         limit = min(self._allowed_speed(robot, planning, costmap), braking_speed_limit(free - _GAP, settings))
         target = velocity_towards(bearing, limit, settings, is_held=self._stuck.is_held)
-        state, detail = self._policy.describe(self._smoother.velocity)
-        return DriveCommand(state, detail, target, (float(x), float(y)))
+        return DriveCommand(*self._policy.describe(self._smoother.velocity), target, (float(x), float(y)))
 
     def _act_without_route(self, now: float, robot: SE2, planning: RoutePlanning, known: GlobalMap) -> DriveCommand:
         """Return what to do without a route: wait for it, recover, or give up with the reason."""
