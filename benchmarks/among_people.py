@@ -6,7 +6,7 @@ The pose is exact, the depth images are those of the mission, and no lamp sends 
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from _encounter_runs import Base
@@ -29,10 +29,10 @@ from scene_simulator.mission.sensors import DEPTH_CAMERA, DEPTH_MOUNT, MissionSe
 from scene_simulator.room.box_room import disc_clearance
 
 STEP, CONTROL_PERIOD, FRAME_PERIOD, FRAME_LATENCY = 0.01, 0.05, 0.2, 0.08
-DEPTH_RANGE, CRUISE_SPEED, GOAL_TIME = 3.5, 0.4, 180.0
-"""Range of the depth camera [m], speed limit [m/s], time for each goal [s]."""
+DEPTH_RANGE, GOAL_TIME = 3.5, 180.0
+"""Range of the depth camera [m], time for each goal [s]."""
 DRIVING = DrivingSettings(
-    CRUISE_SPEED, 1.0, max_angular_acceleration=2.0, slow_distance=0.12, goal_tolerance=0.01, goal_yaw_tolerance=0.04
+    0.4, 1.0, max_angular_acceleration=2.0, slow_distance=0.12, goal_tolerance=0.01, goal_yaw_tolerance=0.04
 )
 
 
@@ -56,13 +56,14 @@ class Outcome:
 class Drive:
     """A robot with planner and collision monitor in the room of a seed."""
 
-    def __init__(self, seed: int, people: int) -> None:
+    def __init__(self, seed: int, people: int, speed: float) -> None:
         self.sensors = MissionSensors(seed, {})
         self.people = mission_pedestrians(seed, people, self.sensors.room, self.sensors.layout)
         limits, self.outcome, self.time = DriveSettings(), Outcome(), 0.0
         self.base = Base(self.sensors.layout.start, limits.max_linear_acceleration)
+        driving = replace(DRIVING, max_linear_velocity=speed)
         voxels = VoxelSettings(height_max=ROBOT_HEIGHT, range_max=DEPTH_RANGE)
-        self.navigator = Navigator(DEPTH_MOUNT, NavigatorSettings(voxels=voxels, driving=DRIVING))
+        self.navigator = Navigator(DEPTH_MOUNT, NavigatorSettings(voxels=voxels, driving=driving))
         braking = limits.max_linear_acceleration, limits.max_angular_acceleration
         settings = CollisionMonitorSettings((), ROBOT_RADIUS, *braking)
         source = SourceSettings(type='depth', range_max=DEPTH_RANGE, height_max=ROBOT_HEIGHT)
@@ -131,10 +132,10 @@ class Drive:
         outcome.collisions += disc_clearance(room, pose.x, pose.y, ROBOT_RADIUS, ROBOT_HEIGHT) <= 0.0
 
 
-def main(run: Run, cases: int, people: int) -> None:
+def main(run: Run, cases: int, people: int, speed: float) -> None:
     """Run all missions."""
     seeds = range(run.seed, run.seed + cases)
-    outcomes = [Drive(seed, people).run() for seed in progress(seeds, 'missions')]
+    outcomes = [Drive(seed, people, speed).run() for seed in progress(seeds, 'missions')]
     table = run.table(
         'Missions among people',
         'people | missions | all goals reached | people touched by a moving robot | furniture touched',
@@ -152,4 +153,6 @@ def main(run: Run, cases: int, people: int) -> None:
 
 
 if __name__ == '__main__':
-    run_benchmark(main, cases=Option(40, 1, 'missions'), people=Option(2, 1, 'people in the room'))
+    run_benchmark(
+        main, cases=Option(40, 1, 'missions'), people=Option(2, 1, 'people in the room'), speed=Option(0.4, 0.4, 'm/s')
+    )
