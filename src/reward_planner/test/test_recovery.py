@@ -126,7 +126,7 @@ def test_a_robot_that_stays_near_somebody_is_not_held_by_furniture_but_keeps_its
     for now in np.arange(0.01, 35.0, 0.05):
         check.note_people(now, robot, [MovingObstacle(now, (distance, 0.0), (0.0, 0.0), 0.2)])
         check.update(now, robot, is_driving=True)
-        assert check.is_dithering == (distance < 2.0 and now > 10.01 and (now - 0.01) % 10.0 < 7.0)
+        assert check.is_oscillating == (distance < 2.0 and now > 10.01 and (now - 0.01) % 10.0 < 7.0)
         assert check.is_held == (distance > 2.0 and now > 1.02)
     check.note_people(35.0, SE2(0.6, 0.0, 0.0), [])
-    assert not check.is_dithering
+    assert not check.is_oscillating

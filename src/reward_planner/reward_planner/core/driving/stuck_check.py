@@ -1,4 +1,4 @@
-"""Notices a robot that should drive and does not: it is stuck, held by something near, or dithers among people."""
+"""Notices a robot that should drive and does not: it is stuck, held by something near, or oscillates among people."""
 
 import math
 from collections.abc import Sequence
@@ -15,7 +15,8 @@ _DISTANCE, _ANGLE = 0.04, 0.1  # smaller ones are the noise of the pose [m, rad]
 _TURNING_TIMEOUT = 10.0  # time for which the robot may only turn [s]
 _HELD_TIME, _RELEASED_DISTANCE = 1.0, 0.3  # [s], and from there [m]
 _MET_DISTANCE, _MET_TIME = 2.0, 5.0  # who moves as near as this may hold the robot for as long [m, s]
-_DITHER_DISTANCE, _DITHER_TIME = 0.5, 10.0  # who stays within this for as long, among people, dithers [m, s]
+# Who stays within this distance for as long, among people, oscillates [m, s].
+_OSCILLATION_DISTANCE, _OSCILLATION_TIME = 0.5, 10.0
 _KEEP_TIME = 7.0  # it then keeps its route for so long in each such time [s]
 
 
@@ -25,7 +26,7 @@ class StuckCheck:
     Attributes:
         is_stuck: whether the robot has not moved for long.
         is_held: whether it did not move for a moment, until it has left the place.
-        is_dithering: whether it must keep its route for a while. People who come and go change the better way sooner
+        is_oscillating: whether it must keep its route for a while. People who come and go change the better way sooner
             than the robot turns to it, so that it would turn to and fro and never drive.
     """
 
@@ -40,17 +41,17 @@ class StuckCheck:
         self._met_at = -math.inf
         self._among: tuple[SE2, float] | None = None  # place among people, and since when
         self._since = self._turning_since = math.nan
-        self.is_stuck = self.is_held = self.is_dithering = False
+        self.is_stuck = self.is_held = self.is_oscillating = False
 
     def note_people(self, now: float, robot: SE2, obstacles: Sequence[MovingObstacle]) -> None:
         """Take the moving obstacles at a time [s]: near them, the robot may be stopped for them."""
         if any(math.dist(each.position_at(now), (robot.x, robot.y)) < _MET_DISTANCE for each in obstacles):
             self._met_at = now
         has_met = 0.0 <= now - self._met_at < _MET_TIME
-        if self._among is None or not has_met or self._among[0].distance_to(robot) > _DITHER_DISTANCE:
+        if self._among is None or not has_met or self._among[0].distance_to(robot) > _OSCILLATION_DISTANCE:
             self._among = robot, now
-        rest = now - self._among[1] - _DITHER_TIME
-        self.is_dithering = rest > 0.0 and rest % _DITHER_TIME < _KEEP_TIME
+        rest = now - self._among[1] - _OSCILLATION_TIME
+        self.is_oscillating = rest > 0.0 and rest % _OSCILLATION_TIME < _KEEP_TIME
 
     def checked(self, now: float, robot: SE2 | None, drive: DriveCommand) -> DriveCommand:
         """Return the command of this cycle, as stuck if the robot should drive and is; recovery does not end that."""
