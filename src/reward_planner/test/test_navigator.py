@@ -1,6 +1,7 @@
 """From depth images of a furnished room to the goal: mapping, planning and control without ROS."""
 
 import math
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -111,6 +112,23 @@ def test_a_robot_whose_camera_is_covered_stops_and_hits_nothing(hidden):
     with pytest.raises(RewardPlannerError):
         drive.tick()
     assert drive.pose.distance_to(stood) < 1e-3
+    assert drive.gap > 0.0
+
+
+def test_a_robot_turns_past_an_obstacle_that_fills_the_view():
+    drive = RoomDrive(((0.32, -0.6, 0.0, 0.6, 0.6, 2.0),))
+    drive.robot = SimulatedRobot(SE2(0.0, 0.0, 1.1), MotorLimits(0.6, 4.0))
+    states = set()
+    for k in range(500):
+        with suppress(RewardPlannerError):
+            drive.tick()
+        states.add(drive.drive.state)
+        if k < 27:
+            drive.robot.drive(0.0, -0.6, drive.robot.time + 0.1)  # somebody turns it towards the obstacle
+        elif k == 60:
+            assert drive.drive.state is DriveState.IDLE
+            drive.navigator.controller.set_goal(SE2(0.0, -1.8, -1.6))
+    assert states >= {DriveState.RECOVERING, DriveState.GOAL_REACHED}
     assert drive.gap > 0.0
 
 

@@ -156,8 +156,11 @@ class DriveController:
         else:
             self.command_state.update_heading(T_map_base.yaw)
 
-    def update_map(self, stamp: float, part: GridFrame) -> None:
-        """Update the route for the part of the map that a frame changed; the frame's stamp is in seconds."""
+    def update_map(self, stamp: float, part: GridFrame | None) -> None:
+        """Update the route for the part of the map that a frame [s] changed; None if a known obstacle fills its view."""
+        if part is None:
+            self._inputs.near_stamp = stamp
+            return
         self._inputs.map_stamp = stamp
         self.update_cells(part)
 
@@ -201,13 +204,11 @@ class DriveController:
 
     def _decide(self, now: float) -> DriveCommand:
         """Return state and detail, with the target velocity and the lookahead point."""
-        # Without a goal there is nothing to do.
         if self.goal is None or self.replanner is None or self._is_goal_reached:
             return stop_command(DriveState.GOAL_REACHED if self._is_goal_reached else DriveState.IDLE)
         # 1. Input: pose and map must be fresh.
-        stale = self._inputs.stale(now, self._settings)
         robot = self._inputs.pose
-        if stale is not None or robot is None:
+        if (stale := self._inputs.stale(now, self._settings)) or robot is None:
             return stale or stop_command(DriveState.LOST)
         # 2. Route: keep or replace it.
         self.replanner.update(now, robot)
@@ -287,8 +288,7 @@ class DriveController:
 
     def _turn_in_place(self, turn_rate: float) -> Velocity:
         """Return a turn rate [rad/s] once the robot has stopped."""
-        is_stopped = abs(self._smoother.velocity.forward) <= _STOPPED_SPEED
-        return Velocity(0.0, turn_rate) if is_stopped else Velocity()
+        return Velocity(0.0, turn_rate if abs(self._smoother.velocity.forward) <= _STOPPED_SPEED else 0.0)
 
     def _allowed_speed(self, robot: SE2, planning: RoutePlanning, costmap: InflatedCostmap) -> float:
         """Return the speed that commands, obstacles and the goal allow [m/s]."""

@@ -5,9 +5,12 @@ from dataclasses import dataclass
 from enum import Enum
 
 from reward_planner.core.settings import DrivingSettings
-from shirube_core.geometry import SE2
+from shirube_core.geometry import SE2, wrap_angle
 
 _STEP_MAX = 0.2  # upper bound of the time between two velocities [s]
+_REST_TIME = 1.0  # time at rest before an obstacle that fills the view, until the robot turns past it [s]
+_TURN_FRACTION = 0.5  # of the maximum turn rate there
+_YAW_NOISE = 0.01  # of the pose [rad]
 
 
 @dataclass(frozen=True)
@@ -133,12 +136,14 @@ class DriveInputs:
         pose: the robot's pose in the map; None before the first one and while poses jump.
         pose_stamp: stamp of the pose [s].
         map_stamp: stamp of the latest frame in the map [s].
+        near_stamp: stamp of the latest frame that a known obstacle fills, too near to be measured [s].
     """
 
     def __init__(self) -> None:
         """Start without pose and map."""
         self.pose: SE2 | None = None
-        self.pose_stamp = self.map_stamp = -math.inf
+        self.pose_stamp = self.map_stamp = self.near_stamp = -math.inf
+        self._yaw, self._turn = math.nan, 1.0  # latest yaw with a fresh map [rad], and the sense of the turn to it
 
     def stale(self, now: float, settings: DrivingSettings) -> DriveCommand | None:
         """Return a stop with its reason if pose or map is missing or stale at a time [s], else None."""
@@ -150,7 +155,19 @@ class DriveInputs:
             (DriveState.MAP_STALE, self.map_stamp, settings.map_timeout, 'frame'),
         ):
             if not abs(now - stamp) <= limit:
+                if state is DriveState.MAP_STALE and 0.0 <= now - self.near_stamp <= limit < now - stamp - _REST_TIME:
+                    return self._turn_on(settings)
                 age = f'the latest {what} is older than {limit:g} s or in the future'
                 why = age if stamp > -math.inf else f'no {what} received'
                 return stop_command(state, f'{state.value}: {why}')
+        if not abs(wrap_angle(self.pose.yaw - self._yaw)) < _YAW_NOISE:
+            self._turn = math.copysign(1.0, wrap_angle(self.pose.yaw - self._yaw))
+            self._yaw = self.pose.yaw
         return None
+
+    def _turn_on(self, settings: DrivingSettings) -> DriveCommand:
+        """Return the turn past an obstacle that fills the view: the robot would face it for good."""
+        detail = f'{DriveState.RECOVERING.value}: turning past an obstacle that fills the view'
+        return DriveCommand(
+            DriveState.RECOVERING, detail, Velocity(0.0, self._turn * _TURN_FRACTION * settings.max_angular_velocity)
+        )
