@@ -11,6 +11,7 @@ from time import monotonic
 from typing import Any, TypeVar
 
 import numpy as np
+import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -132,6 +133,13 @@ def isolated_graph(domain: int | None = None) -> Iterator[IsolatedGraph]:
         finally:
             graph.close()
             context.try_shutdown()
+
+
+@pytest.fixture
+def graph() -> Iterator[IsolatedGraph]:
+    """Nodes that see only each other."""
+    with isolated_graph() as opened:
+        yield opened
 
 
 def run_in_process(main: Callable[[], int], *arguments: str) -> int:

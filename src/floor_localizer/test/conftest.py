@@ -1,28 +1,21 @@
 """Shared fixtures: an isolated ROS graph, and one floor for all tests."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from node_testing import IsolatedGraph, isolated_graph
+from node_testing import graph
 
 from floor_localizer.core.constellation.indexed_map import IndexedMap, index_map
 from floor_localizer.core.dots import DotMap
 from floor_localizer.core.localizer import FloorLocalizer
 
+__all__ = ['graph']
 sys.path.insert(0, str(Path(__file__).parent))  # for the helper modules of the tests
 
 from floor_views import MOUNT, random_floor
 from survey_scene import record_drive
-
-
-@pytest.fixture
-def graph() -> Iterator[IsolatedGraph]:
-    """Nodes that see only each other."""
-    with isolated_graph() as opened:
-        yield opened
-
 
 Run = Callable[..., tuple[int, str, str]]
 

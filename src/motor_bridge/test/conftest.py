@@ -6,16 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from node_testing import IsolatedGraph, isolated_graph
+from node_testing import IsolatedGraph, graph
 
+__all__ = ['graph']
 sys.path.insert(0, str(Path(__file__).parent))
-
-
-@pytest.fixture
-def graph() -> Iterator[IsolatedGraph]:
-    """An isolated ROS graph."""
-    with isolated_graph() as opened:
-        yield opened
 
 
 @pytest.fixture

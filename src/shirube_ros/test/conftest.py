@@ -1,13 +1,5 @@
 """A ROS graph for each test that wants one."""
 
-from collections.abc import Iterator
+from node_testing import graph
 
-import pytest
-from node_testing import IsolatedGraph, isolated_graph
-
-
-@pytest.fixture
-def graph() -> Iterator[IsolatedGraph]:
-    """Nodes that see only each other."""
-    with isolated_graph() as opened:
-        yield opened
+__all__ = ['graph']

@@ -1,22 +1,15 @@
 """Helper modules of this folder become importable; fixtures are an isolated ROS graph and the files of the wall."""
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from node_testing import IsolatedGraph, isolated_graph
+from node_testing import graph
 
+__all__ = ['graph']
 sys.path.insert(0, str(Path(__file__).parent))
 
 from taught_wall import Files, write_files
-
-
-@pytest.fixture
-def graph() -> Iterator[IsolatedGraph]:
-    """An isolated ROS graph."""
-    with isolated_graph() as opened:
-        yield opened
 
 
 @pytest.fixture(scope='session')
