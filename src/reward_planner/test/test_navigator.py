@@ -132,6 +132,22 @@ def test_a_robot_turns_past_an_obstacle_that_fills_the_view():
     assert drive.gap > 0.0
 
 
+def test_a_robot_whose_camera_is_covered_slowly_turns_once_around_at_most():
+    drive, turned = RoomDrive(ROOMS['wall with a door']), 0.0
+    drive.navigator.controller.set_goal(SE2(5.0, -1.5, 0.0))
+    see = drive.points
+    for k in range(250):
+        count = int(min(0.05 * max(k - 12, 0), 1.0) * len(NEAR_POINTS))
+        drive.points = lambda count=count: np.concatenate([NEAR_POINTS[:count], see()[count:]])
+        before = drive.pose
+        with suppress(RewardPlannerError):
+            drive.tick()
+        turned += abs(before.yaw_to(drive.pose)) if k > 30 else 0.0
+    assert drive.drive.state is DriveState.MAP_STALE
+    assert 5.0 < turned < 7.5
+    assert drive.gap > 0.0
+
+
 def test_a_wall_close_ahead_does_not_blind_a_robot_that_sees_past_it():
     drive = RoomDrive(())
     points = drive.points()

@@ -15,7 +15,7 @@ from reward_planner.core.driving.replanner import Replanner
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.obstacle_mapper import ObstacleMapper
 from reward_planner.core.mapping.pose_buffer import DropReason, PoseBuffer, PoseMessageFilter, PoseStatus
-from reward_planner.core.occupancy_map import OCCUPIED, UNKNOWN, GridFrame, OccupancyMap
+from reward_planner.core.occupancy_map import UNKNOWN, GridFrame, OccupancyMap
 from reward_planner.core.reward_planner_error import DrivingError, RewardPlannerError
 from reward_planner.core.route.route import NoRoute
 from reward_planner.core.settings import (
@@ -28,8 +28,7 @@ from reward_planner.core.settings import (
 from reward_planner.core.voxels.frame_kernels import PointCounts
 from shirube_core.geometry import SE2, CameraMount
 
-_AHEAD_ANGLE = math.radians(60.0)  # half of the sector ahead in which an obstacle may fill the view
-_AHEAD_MARGIN = 0.1  # beyond range_min from the edge of the robot [m]
+_NEAR_FRACTION = 0.25  # of too near points in a frame after which an obstacle, not a cover, may fill the view
 
 
 @dataclass(frozen=True)
@@ -94,6 +93,7 @@ class Navigator:
         self.pose_status_counts: Counter[PoseStatus] = Counter()
         self._pose_buffer = PoseBuffer(settings.mapping)
         self._static_map_frame: GridFrame | None = None
+        self._near_fraction = 0.0  # of the latest mapped frame
         self._static_cells = self.mapper.map.snapshot()
 
     @property
@@ -183,9 +183,10 @@ class Navigator:
             local, point_counts = self.mapper.add(stamp, frame.points, T_map_base, frame.focal_length, frame.mount)
             if point_counts.is_occluded:
                 is_occluded = True
-                if point_counts.too_near > 0 and self._faces_obstacle(T_map_base):
+                if point_counts.near_fraction > 0.0 and self._near_fraction >= _NEAR_FRACTION:
                     self.controller.update_map(stamp, None)
                 continue
+            self._near_fraction = point_counts.near_fraction
             self.controller.update_map(stamp, local.frame)
             self.controller.moving_obstacles = self.moving_obstacles
             mapped.append(MappedFrame(stamp, local, point_counts))
@@ -195,19 +196,6 @@ class Navigator:
                 'nothing covers the camera'
             )
         return mapped
-
-    def _faces_obstacle(self, robot: SE2) -> bool:
-        """Return whether the map has an obstacle so near ahead of the robot that it may fill the view."""
-        global_map, settings = self.mapper.map, self._settings
-        reach = settings.voxels.range_min + settings.planner.robot_radius + _AHEAD_MARGIN
-        half = math.ceil(reach / global_map.resolution)
-        column, row = (math.floor(number / global_map.resolution) - half for number in (robot.x, robot.y))
-        corner = global_map.resolution * column, global_map.resolution * row
-        frame = GridFrame(*corner, global_map.resolution, 2 * half + 1, 2 * half + 1)
-        to_cells = frame.centre_of(np.argwhere(global_map.occupancy_in(frame) == OCCUPIED)) - (robot.x, robot.y)
-        ahead = to_cells @ (math.cos(robot.yaw), math.sin(robot.yaw))
-        distances = np.hypot(*to_cells.T)
-        return bool(((distances < reach) & (ahead > math.cos(_AHEAD_ANGLE) * distances)).any())
 
     def route_between(self, start: SE2 | None, goal: SE2, now: float) -> NDArray[np.float64] | NoRoute:
         """Plan a route in the planner's mode on the current map at a time [s]; a start of None is the robot's pose.

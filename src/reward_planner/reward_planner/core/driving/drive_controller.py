@@ -157,7 +157,7 @@ class DriveController:
             self.command_state.update_heading(T_map_base.yaw)
 
     def update_map(self, stamp: float, part: GridFrame | None) -> None:
-        """Update the route for the part of the map that a frame [s] changed; None if a known obstacle fills its view."""
+        """Update the route for the part of the map that a frame [s] changed; None if obstacles fill its view."""
         if part is None:
             self._inputs.near_stamp = stamp
             return

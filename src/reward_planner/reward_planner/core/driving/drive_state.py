@@ -136,14 +136,16 @@ class DriveInputs:
         pose: the robot's pose in the map; None before the first one and while poses jump.
         pose_stamp: stamp of the pose [s].
         map_stamp: stamp of the latest frame in the map [s].
-        near_stamp: stamp of the latest frame that a known obstacle fills, too near to be measured [s].
+        near_stamp: stamp of the latest frame that an obstacle fills, too near to be mapped [s].
     """
 
     def __init__(self) -> None:
         """Start without pose and map."""
         self.pose: SE2 | None = None
         self.pose_stamp = self.map_stamp = self.near_stamp = -math.inf
-        self._yaw, self._turn = math.nan, 1.0  # latest yaw with a fresh map [rad], and the sense of the turn to it
+        # Latest yaw [rad], the sense of the turn to it, and the turn since the map was fresh [rad].
+        self._yaw: float | None = None
+        self._sense, self._turned = 1.0, 0.0
 
     def stale(self, now: float, settings: DrivingSettings) -> DriveCommand | None:
         """Return a stop with its reason if pose or map is missing or stale at a time [s], else None."""
@@ -156,18 +158,27 @@ class DriveInputs:
         ):
             if not abs(now - stamp) <= limit:
                 if state is DriveState.MAP_STALE and 0.0 <= now - self.near_stamp <= limit < now - stamp - _REST_TIME:
-                    return self._turn_on(settings)
+                    self._measure_turn(self.pose.yaw)
+                    if self._turned < math.tau:
+                        return self._turn_on(settings)
                 age = f'the latest {what} is older than {limit:g} s or in the future'
                 why = age if stamp > -math.inf else f'no {what} received'
                 return stop_command(state, f'{state.value}: {why}')
-        if not abs(wrap_angle(self.pose.yaw - self._yaw)) < _YAW_NOISE:
-            self._turn = math.copysign(1.0, wrap_angle(self.pose.yaw - self._yaw))
-            self._yaw = self.pose.yaw
+        self._measure_turn(self.pose.yaw)
+        self._turned = 0.0
         return None
 
+    def _measure_turn(self, yaw: float) -> None:
+        if self._yaw is None:
+            self._yaw = yaw
+        turn = wrap_angle(yaw - self._yaw)
+        if abs(turn) > _YAW_NOISE:
+            self._yaw, self._sense = yaw, math.copysign(1.0, turn)
+            self._turned += abs(turn)
+
     def _turn_on(self, settings: DrivingSettings) -> DriveCommand:
-        """Return the turn past an obstacle that fills the view: the robot would face it for good."""
+        """Return the turn past an obstacle that fills the view, which the robot would otherwise face for good."""
         detail = f'{DriveState.RECOVERING.value}: turning past an obstacle that fills the view'
         return DriveCommand(
-            DriveState.RECOVERING, detail, Velocity(0.0, self._turn * _TURN_FRACTION * settings.max_angular_velocity)
+            DriveState.RECOVERING, detail, Velocity(0.0, self._sense * _TURN_FRACTION * settings.max_angular_velocity)
         )

@@ -37,10 +37,15 @@ class PointCounts(NamedTuple):
     too_low_or_high: int
 
     @property
-    def is_occluded(self) -> bool:
-        """Whether nearly all points are too near: the sensor is covered."""
+    def near_fraction(self) -> float:
+        """Fraction of the finite points that are too near; 0 without any."""
         finite = self.too_near + self.counted + self.too_far + self.too_low_or_high
-        return self.too_near >= _OCCLUDED_FRACTION * finite
+        return self.too_near / max(finite, 1)
+
+    @property
+    def is_occluded(self) -> bool:
+        """Whether nearly all points are too near, or none is finite: the sensor is covered."""
+        return self.near_fraction >= _OCCLUDED_FRACTION or self.not_finite == sum(self)
 
 
 @njit(cache=True, fastmath={'contract'})
