@@ -2,11 +2,13 @@
 
 import math
 
+import numpy as np
 import pytest
 from grid_drive import RADIUS, TICK, GridDrive, goal_at, hall
 
 from reward_planner.core.driving.drive_state import DriveState
-from reward_planner.core.driving.moving_obstacle_policy import MovingObstacle
+from reward_planner.core.driving.moving_obstacle_policy import MovingObstacle, MovingObstaclePolicy
+from reward_planner.core.settings import DrivingSettings
 from shirube_core.geometry import SE2
 
 BODY = 0.25  # radius of a person [m]
@@ -92,6 +94,18 @@ def test_where_the_way_around_is_long_the_robot_waits_and_takes_it_if_the_person
     assert any('the way around it is long' in each.detail for each in drive.drives[waited - 1 :])
     assert (max(pose.y for pose in drive.poses) > 3.7) == (ends == math.inf)
     assert max(drive.contact_speeds, default=0.0) < 0.02
+
+
+@pytest.mark.parametrize(('pause', 'waits'), [(5.0, False), (60.0, True)])
+def test_the_wait_at_one_place_is_bounded_until_long_after(pause, waits):
+    policy, robot = MovingObstaclePolicy(), (SE2(0.0, 0.0, 0.0), 0.0, 0.3)
+    ways = [np.linspace((0.1, 0.0), (length, 0.0), 50) for length in (4.0, 12.0, 12.0)]
+    for start, expected in ((0.0, True), (20.0, False), (20.0 + pause, waits)):
+        policy.reset()
+        for k, way in enumerate(ways):
+            now = start + 0.1 * k
+            policy.react(way, robot, [MovingObstacle(now, (2.0, 0.0), (-0.5, 0.0), BODY)], now, DrivingSettings())
+        assert policy.is_detour_long == expected
 
 
 def test_a_person_beside_the_route_or_who_leaves_changes_nothing():

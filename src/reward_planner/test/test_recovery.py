@@ -130,3 +130,5 @@ def test_a_robot_that_stays_near_somebody_is_not_held_by_furniture_but_keeps_its
         assert check.is_held == (distance > 2.0 and now > 1.02)
     check.note_people(35.0, SE2(0.6, 0.0, 0.0), [])
     assert not check.is_oscillating
+    check.note_people(95.0, SE2(0.6, 0.0, 0.0), [MovingObstacle(95.0, (1.0, 0.0), (0.0, 0.0), 0.2)])
+    assert not check.is_oscillating  # a lamp stopped it in between

@@ -235,7 +235,7 @@ class DriveController:
         """Follow the route (6.) towards the lookahead point, or act as long as there is none."""
         obstacles, settings = nearby_obstacles(self.moving_obstacles, robot, now), self._settings
         self._stuck.note_people(now, robot, obstacles)
-        planning.is_kept = self._stuck.is_oscillating
+        planning.is_kept = self._stuck.is_oscillating and not self.recovery.must_finish
         # Moving obstacles: wait for them, or plan around them. Without a route, the last one with a conflict counts.
         motion = robot, self._smoother.velocity.forward, planning.robot_radius + settings.clearance_margin
         free = self._policy.react(planning.points_map, motion, obstacles, now, settings)

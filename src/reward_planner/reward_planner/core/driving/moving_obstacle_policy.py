@@ -53,6 +53,7 @@ _APPROACH_FACTOR = 3.0  # multiple of the prediction time for which a robot that
 _WAITING_SPEED = 0.02  # below this the robot waits [m/s, rad/s]
 _PROGRESS = 0.5  # size of a place where the robot waits [m]
 _STANDING_RADIUS = 0.2  # of somebody who stands [m]
+_WAIT_FORGOTTEN = 30.0  # after this without waiting there, the time at a place starts anew [s]
 AROUND_TIME = 2.5
 """A robot that goes around keeps off the path of the obstacle for this time [s]."""
 _PATH_MAX = 5.0  # at most for this distance [m]
@@ -133,7 +134,7 @@ class MovingObstaclePolicy:
 
     def __init__(self) -> None:
         """Start without a conflict."""
-        self._waited = SE2(math.inf, 0.0, 0.0), math.inf
+        self._waited = SE2(math.inf, 0.0, 0.0), math.inf, math.inf  # place, since, and latest time there
         self.reset()
 
     def reset(self) -> None:
@@ -182,9 +183,12 @@ class MovingObstaclePolicy:
 
     def _should_wait(self, detour_map: NDArray[np.float64], robot: SE2, now: float, settings: DrivingSettings) -> bool:
         """Return whether waiting is better, for a bounded time, than a long way around, shape (n, 2) [m]."""
-        place, since = self._waited
-        if self._is_new and not (place.distance_to(robot) < _PROGRESS and since <= now):
-            self._waited = place, since = robot, now
+        place, since, latest = self._waited
+        is_there = place.distance_to(robot) < _PROGRESS and latest <= now < latest + _WAIT_FORGOTTEN
+        if self._is_new and not is_there:
+            place, since = robot, now
+        if self._is_new or is_there:
+            self._waited = place, since, now
         self._is_new = False
         if len(detour_map) == 0:
             return False

@@ -245,7 +245,7 @@ class Replanner:
         return float(np.hypot(*np.diff(points, axis=0).T) @ weights)
 
     def _turn_cost(self, points: NDArray[np.float64], robot: SE2) -> float:
-        """Return the way that the robot could drive while it turns towards a route [m]: without it, it would dither."""
+        """Return the way that the robot could drive while it turns towards a route [m]: it would turn to and fro."""
         x, y = (points - (robot.x, robot.y)).T
         ahead = int((np.hypot(x, y) > _TURN_DISTANCE).argmax())
         turn = abs(wrap_angle(math.atan2(y[ahead], x[ahead]) - robot.yaw))

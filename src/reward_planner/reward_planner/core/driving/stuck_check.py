@@ -14,8 +14,8 @@ _TIMEOUT = 5.0  # time without motion after which the robot is stuck [s]
 _DISTANCE, _ANGLE = 0.04, 0.1  # smaller ones are the noise of the pose [m, rad]
 _TURNING_TIMEOUT = 10.0  # time for which the robot may only turn [s]
 _HELD_TIME, _RELEASED_DISTANCE = 1.0, 0.3  # [s], and from there [m]
-_MET_DISTANCE, _MET_TIME = 2.0, 5.0  # who moves as near as this may hold the robot for as long [m, s]
-# Who stays within this distance for as long, among people, oscillates [m, s].
+_MET_DISTANCE, _MET_TIME = 2.0, 5.0  # people as near as this may hold the robot for as long [m, s]
+# A robot that stays within this distance for as long, among people, oscillates [m, s].
 _OSCILLATION_DISTANCE, _OSCILLATION_TIME = 0.5, 10.0
 _KEEP_TIME = 7.0  # it then keeps its route for so long in each such time [s]
 
@@ -45,9 +45,9 @@ class StuckCheck:
 
     def note_people(self, now: float, robot: SE2, obstacles: Sequence[MovingObstacle]) -> None:
         """Take the moving obstacles at a time [s]: near them, the robot may be stopped for them."""
+        has_met = 0.0 <= now - self._met_at < _MET_TIME
         if any(math.dist(each.position_at(now), (robot.x, robot.y)) < _MET_DISTANCE for each in obstacles):
             self._met_at = now
-        has_met = 0.0 <= now - self._met_at < _MET_TIME
         if self._among is None or not has_met or self._among[0].distance_to(robot) > _OSCILLATION_DISTANCE:
             self._among = robot, now
         rest = now - self._among[1] - _OSCILLATION_TIME
