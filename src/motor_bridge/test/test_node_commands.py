@@ -70,9 +70,8 @@ def test_without_a_heartbeat_the_robot_stops(graph, tmp_path):
                 robot.drive(0.1, 0.3)
             # A machine that stalls for longer than the heartbeat stops the robot, as it should.
             assert robot.is_driving(patience=5.0, keep=lambda: robot.stop(is_on=False))
-            robot.drive(0.6, 0.3)
-            # It stops although it is commanded on; a loaded machine takes longer.
-            assert any(robot.drive(0.2, 0.3) or robot.is_stopped() for _ in range(25))
+            robot.drive(0.8, 0.3)
+            assert robot.is_stopped()
             assert 'no message on estop for 0.4 s (estop_heartbeat)' in robot.node.status().message
 
 

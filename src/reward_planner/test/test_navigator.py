@@ -8,6 +8,7 @@ import pytest
 from simulated_robot import MotorLimits, SimulatedRobot
 
 from reward_planner.core.driving.drive_state import DriveState
+from reward_planner.core.driving.light_command import LightCommand
 from reward_planner.core.mapping.global_map import LocalMap
 from reward_planner.core.mapping.pose_buffer import DropReason, PoseStatus
 from reward_planner.core.navigator import Navigator, NavigatorSettings, SensorFrame
@@ -116,9 +117,8 @@ def test_a_robot_whose_camera_is_covered_stops_and_hits_nothing(hidden):
 
 
 def test_a_robot_turns_past_an_obstacle_that_fills_the_view():
-    drive = RoomDrive(((0.32, -0.6, 0.0, 0.6, 0.6, 2.0),))
+    drive, states = RoomDrive(((0.32, -0.6, 0.0, 0.6, 0.6, 2.0),)), set()
     drive.robot = SimulatedRobot(SE2(0.0, 0.0, 1.1), MotorLimits(0.6, 4.0))
-    states = set()
     for k in range(500):
         with suppress(RewardPlannerError):
             drive.tick()
@@ -126,8 +126,11 @@ def test_a_robot_turns_past_an_obstacle_that_fills_the_view():
         if k < 27:
             drive.robot.drive(0.0, -0.6, drive.robot.time + 0.1)  # somebody turns it towards the obstacle
         elif k == 60:
-            assert drive.drive.state is DriveState.IDLE
             drive.navigator.controller.set_goal(SE2(0.0, -1.8, -1.6))
+            drive.navigator.controller.apply_command(LightCommand('stop', 0.0))
+        elif k == 80:  # not while a lamp stops it
+            assert drive.drive.state is DriveState.STOPPED_BY_LAMP
+            drive.navigator.controller.apply_command(LightCommand('resume', 0.0))
     assert states >= {DriveState.RECOVERING, DriveState.GOAL_REACHED}
     assert drive.gap > 0.0
 

@@ -103,8 +103,7 @@ class DriveController:
 
     def fresh_pose(self, now: float) -> SE2 | None:
         """Return the robot's pose if it is not older than pose_timeout at a time [s], else None."""
-        is_fresh = abs(now - self._inputs.pose_stamp) <= self._settings.pose_timeout
-        return self._inputs.pose if is_fresh else None
+        return self._inputs.pose if abs(now - self._inputs.pose_stamp) <= self._settings.pose_timeout else None
 
     def set_goal(self, T_map_goal: SE2, path_map: NDArray[np.float64] | None = None) -> None:
         """Set a goal; it replaces the previous one. A path to it [m], shape (n, 2), replaces planning.
@@ -209,6 +208,8 @@ class DriveController:
         # 1. Input: pose and map must be fresh.
         robot = self._inputs.pose
         if (stale := self._inputs.stale(now, self._settings)) or robot is None:
+            if robot is not None and stale is not None and stale.state is DriveState.RECOVERING:
+                return self._command_in_place(robot) or stale
             return stale or stop_command(DriveState.LOST)
         # 2. Route: keep or replace it.
         self.replanner.update(now, robot)
@@ -280,8 +281,7 @@ class DriveController:
         self, now: float, robot: SE2, known: GlobalMap, radius: float, why: str, *, once: bool = False
     ) -> DriveCommand | None:
         """Return the command of a recovery behavior with its reason, None after the last one; see `Recovery.update`."""
-        velocity = self.recovery.update(now, robot, known, radius, self._settings, once=once)
-        if velocity is None:
+        if (velocity := self.recovery.update(now, robot, known, radius, self._settings, once=once)) is None:
             return None
         target = self._turn_in_place(velocity.turn_rate) if velocity.turn_rate != 0.0 else velocity
         return DriveCommand(DriveState.RECOVERING, f'{self.recovery.detail} ({why})', target)
